@@ -108,7 +108,8 @@ int main() {
     }
     Lidar lidar =
         Lidar::create({.max_range = 300.0, .worker_count = 2}, make_lidar_grid().value()).value();
-    const Pose sensor = world.state(ball).pose;
+    Pose sensor = world.state(ball).pose;
+    sensor.translation.z() += 2.0;  // above the ball
     const std::vector<LidarStatus> beams = scan(terrain, world, lidar, sensor, time_s);
     const auto count = [&beams](LidarStatus status) {
         return static_cast<int>(std::ranges::count(beams, status));

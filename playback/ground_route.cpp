@@ -15,6 +15,7 @@
 #include <limits>
 #include <optional>
 #include <queue>
+#include <span>
 #include <utility>
 
 namespace terrane::internal {
@@ -113,23 +114,41 @@ struct Route {
     double cost = 0.0;
 };
 
+// A step on a grid: columns to the east, rows to the north.
+using GridStep = std::array<std::ptrdiff_t, 2>;
+constexpr std::array<GridStep, 16> kSteps{{{-1, -1},
+                                           {0, -1},
+                                           {1, -1},
+                                           {-1, 0},
+                                           {1, 0},
+                                           {-1, 1},
+                                           {0, 1},
+                                           {1, 1},
+                                           {-2, -1},
+                                           {-1, -2},
+                                           {1, -2},
+                                           {2, -1},
+                                           {-2, 1},
+                                           {-1, 2},
+                                           {1, 2},
+                                           {2, 1}}};
+constexpr std::size_t kNeighbours = 8;  // of a node: the first of kSteps
+
 // The cheapest path over a grid from some nodes, each with the cost of starting there, to the nearest goal (Dijkstra).
-// A step to one of the 8 neighbours costs its length times the mean cost of both nodes. Ties go to the lower node
-// index. Empty if there is no path of finite cost.
-template <class IsGoal, class StepLength>
-Route cheapest_route(std::size_t columns, const std::vector<double>& cost,
+// Ties go to the lower node index. Empty if there is no path of finite cost.
+template <class IsGoal, class StepCost>
+Route cheapest_route(std::size_t columns, std::size_t rows, std::span<const GridStep> steps,
                      const std::vector<std::pair<double, std::size_t>>& starts, IsGoal&& is_goal,
-                     StepLength&& step_length) {
+                     StepCost&& step_cost) {
     constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
-    std::vector<double> best(cost.size(), std::numeric_limits<double>::infinity());
-    std::vector<std::size_t> from(cost.size(), kNone);
+    std::vector<double> best(columns * rows, std::numeric_limits<double>::infinity());
+    std::vector<std::size_t> from(columns * rows, kNone);
     using Entry = std::pair<double, std::size_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     for (const auto& [start_cost, start] : starts) {
         best[start] = start_cost;
         queue.emplace(start_cost, start);
     }
-    const std::size_t rows = cost.size() / columns;
     while (!queue.empty()) {
         const auto [reached, node] = queue.top();
         queue.pop();
@@ -141,14 +160,13 @@ Route cheapest_route(std::size_t columns, const std::vector<double>& cost,
             std::reverse(route.nodes.begin(), route.nodes.end());
             return route;
         }
-        const std::size_t column = node % columns, row = node / columns;
-        for (std::size_t i = 0; i < 9; ++i) {
-            // beyond the first column or row, the unsigned sum is larger than any index
-            const std::size_t next_column = column + i % 3 - 1, next_row = row + i / 3 - 1;
-            if (i == 4 || next_column >= columns || next_row >= rows) continue;
-            const std::size_t next = next_row * columns + next_column;
-            const double total =
-                reached + step_length(node, next) * 0.5 * (cost[node] + cost[next]);
+        for (const GridStep& step : steps) {
+            // left of the first column or below the first row, the sum wraps to more than any index
+            const std::size_t column = node % columns + static_cast<std::size_t>(step[0]);
+            const std::size_t row = node / columns + static_cast<std::size_t>(step[1]);
+            if (column >= columns || row >= rows) continue;
+            const std::size_t next = row * columns + column;
+            const double total = reached + step_cost(node, next);
             if (total < best[next]) {
                 best[next] = total;
                 from[next] = node;
@@ -171,10 +189,13 @@ Route cheapest_valley(const std::vector<double>& cost, bool to_north) {
     const auto is_goal = [to_north](std::size_t node) {
         return (to_north ? node / kNodes : node % kNodes) == kNodes - 1;
     };
-    const auto step_length = [](std::size_t a, std::size_t b) {
-        return a % kNodes != b % kNodes && a / kNodes != b / kNodes ? 1.4142135623730951 : 1.0;
+    const auto step_cost = [&cost](std::size_t a, std::size_t b) {
+        const bool is_diagonal = a % kNodes != b % kNodes && a / kNodes != b / kNodes;
+        const double distance = is_diagonal ? 1.4142135623730951 : 1.0;
+        return distance * 0.5 * (cost[a] + cost[b]);
     };
-    return cheapest_route(kNodes, cost, starts, is_goal, step_length);
+    return cheapest_route(kNodes, kNodes, std::span(kSteps).first(kNeighbours), starts, is_goal,
+                          step_cost);
 }
 
 std::vector<Vector2d> smoothed_line(const std::vector<Vector2d>& line, std::ptrdiff_t half_width) {
@@ -262,22 +283,23 @@ Result<std::vector<Vector2d>> find_canyon_route(const HeightSource& source, cons
 
 namespace {
 
-constexpr double kLeastStep = 1.0, kMostStep = 4.0;  // metres between nodes of a strip
-constexpr double kUsualSteps = 180.0;                // along a line
+constexpr double kLeastStep = 1.0, kMostStep = 3.0;  // metres between nodes of a strip
+constexpr double kUsualSteps = 240.0;                // along a line
 constexpr double kMostSteps = 4096.0;
-constexpr int kHalfRows = 20;  // of a strip, on each side of its line
+constexpr int kHalfRows = 26;  // of a strip, on each side of its line
 constexpr std::size_t kRows = 2 * kHalfRows + 1;
-constexpr double kWellClimbed = 0.8;    // share of the limit that needs no other route
-constexpr double kEasy = 0.3;           // share of the limit up to which ground costs nothing
+constexpr double kWantedUp = 0.6;  // wanted slope upward and across, relative to the limit
+constexpr double kWantedDown = 0.8;
+constexpr double kEasy = 0.3;           // share of the wanted slope that costs nothing
 constexpr double kSteepCost = 6.0;      // of the excess beyond kEasy, squared
-constexpr double kTooSteepCost = 20.0;  // beyond the limit
-constexpr double kTooSteepRise = 50.0;  // of the excess beyond the limit
+constexpr double kTooSteepCost = 20.0;  // beyond the wanted slope
+constexpr double kTooSteepRise = 50.0;  // of the excess beyond it
 constexpr double kNoGroundCost = 1e4;
-constexpr double kAsideCost = 0.3;  // at the edge of a strip
-constexpr double kFold = 0.7;  // most of the radius of a bend that a strip covers on its inner side
-constexpr double kStartWeight = 5.0;   // steps that the cost of the start counts for
-constexpr double kFarCost = 0.5;       // of a move by `reach`
-constexpr std::size_t kFinalists = 4;  // placements whose strips are searched
+constexpr double kAsideCost = 0.3;      // at the edge of a strip
+constexpr double kFold = 0.7;           // most share of a bend's radius on its inner side
+constexpr double kStartWeight = 5.0;    // steps that the start counts for
+constexpr double kFarCost = 0.5;        // of a move by `reach`
+constexpr std::size_t kFinalists = 12;  // placements whose strips are searched
 constexpr double kHalfRoot = 0.7071067811865476;
 constexpr std::array<std::array<double, 2>, 8> kHeadings{{{1.0, 0.0},
                                                           {kHalfRoot, kHalfRoot},
@@ -288,33 +310,45 @@ constexpr std::array<std::array<double, 2>, 8> kHeadings{{{1.0, 0.0},
                                                           {-kHalfRoot, -kHalfRoot},
                                                           {-1.0, 0.0}}};
 
-// How steep the ground is at a point, relative to a limit.
-class Steepness {
+// The ground at a point, for one who climbs it.
+struct Footing {
+    Vector2d slope = Vector2d::Zero();  // rise over run, towards east and north
+    bool is_ground = true;
+};
+
+class ClimbedGround {
 public:
-    Steepness(const HeightSource& source, double step, double limit)
-        : source_(source), step_(step), limit_(limit) {}
+    ClimbedGround(const HeightSource& source, double step, double max_slope)
+        : source_(source), reach_(0.5 * step), max_slope_(max_slope) {}
 
-    // The steepest way from a point to its neighbours one step away, from the larger of the differences along each
-    // axis: it is above the slope where the ground is rough. Not a number if the source cannot be read.
-    double at(const Vector2d& p) const {
-        const double here = source_.height(p.x(), p.y());
-        const auto rise = [&](double x, double y) {
-            return std::abs(source_.height(p.x() + x * step_, p.y() + y * step_) - here);
+    Result<Footing> at(const Vector2d& p) const {
+        Footing footing;
+        TERRANE_TRY(footing.is_ground, is_over_ground(source_, p.x(), p.y()));
+        const auto height = [&](double x, double y) {
+            return source_.height(p.x() + x * reach_, p.y() + y * reach_);
         };
-        const auto larger = [](double a, double b) { return a >= b || a != a ? a : b; };
-        const double x = larger(rise(0.5, 0.0), rise(-0.5, 0.0));
-        const double y = larger(rise(0.0, 0.5), rise(0.0, -0.5));
-        return std::sqrt(x * x + y * y) / (0.5 * step_ * limit_);
-    }
-
-    // The cost of a metre there, 1 on easy ground.
-    Result<double> cost(const Vector2d& p) const {
-        TERRANE_TRY(const bool is_ground, is_over_ground(source_, p.x(), p.y()));
-        if (!is_ground) return kNoGroundCost;
-        const double share = at(p);
-        if (!std::isfinite(share)) {
+        footing.slope =
+            Vector2d(height(1.0, 0.0) - height(-1.0, 0.0), height(0.0, 1.0) - height(0.0, -1.0)) /
+            (2.0 * reach_);
+        if (!footing.slope.allFinite()) {
             return fail(ErrorCode::io, "the terrain cannot be read where the path would go");
         }
+        return footing;
+    }
+
+    bool can_be_climbed(const Footing& footing) const {
+        return footing.is_ground && footing.slope.norm() <= max_slope_;
+    }
+
+    // The cost of a metre in a direction of length 1; 1 on easy ground.
+    double cost(const Footing& footing, const Vector2d& along) const {
+        if (!footing.is_ground) return kNoGroundCost;
+        const Vector2d& slope = footing.slope;
+        const double climb = slope.x() * along.x() + slope.y() * along.y();
+        const double tilt = slope.x() * along.y() - slope.y() * along.x();
+        const double up = climb / ((climb > 0.0 ? kWantedUp : kWantedDown) * max_slope_);
+        const double across = tilt / (kWantedUp * max_slope_);
+        const double share = std::sqrt(up * up + across * across);
         const double beyond_easy = std::max(0.0, share - kEasy);
         const double too_steep = share > 1.0 ? kTooSteepCost + kTooSteepRise * (share - 1.0) : 0.0;
         return 1.0 + kSteepCost * beyond_easy * beyond_easy + too_steep;
@@ -322,7 +356,7 @@ public:
 
 private:
     const HeightSource& source_;
-    double step_, limit_;
+    double reach_, max_slope_;
 };
 
 // Unit vectors to the left of a line with equidistant points.
@@ -339,40 +373,43 @@ std::vector<Vector2d> normals_of(const std::vector<Vector2d>& line) {
 
 // The cheapest route in a strip of nodes along a line, from any node of its first column to any of its last.
 Result<Route> find_in_strip(const std::vector<Vector2d>& line, double step,
-                            const Steepness& steepness, std::vector<Vector2d>& nodes_out) {
+                            const ClimbedGround& ground, std::vector<Vector2d>& nodes_out) {
     const std::size_t columns = line.size();
     const std::vector<Vector2d> normals = normals_of(line);
-    std::vector<double> cost(columns * kRows);
-    nodes_out.resize(cost.size());
+    std::vector<double> weight(columns * kRows, std::numeric_limits<double>::infinity());
+    std::vector<Footing> footing(columns * kRows);
+    nodes_out.resize(columns * kRows);
     for (std::size_t column = 0; column < columns; ++column) {
-        const std::size_t before = column > 0 ? column - 1 : 0;
-        const Vector2d& a = normals[before];
+        const Vector2d& a = normals[column > 0 ? column - 1 : 0];
         const Vector2d& b = normals[std::min(column + 1, columns - 1)];
-        const double bend = 0.5 * (a.y() * b.x() - a.x() * b.y()) / step;  // 1 / radius, left > 0
+        const double bend = 0.5 * (a.x() * b.y() - a.y() * b.x()) / step;  // 1 / radius, left > 0
         for (std::size_t row = 0; row < kRows; ++row) {
             const double share = (static_cast<double>(row) - kHalfRows) / kHalfRows;
             const double aside = share * kHalfRows * step;
             const std::size_t node = row * columns + column;
             nodes_out[node] = line[column] + aside * normals[column];
-            if (aside * bend > kFold) {
-                cost[node] = std::numeric_limits<double>::infinity();
-                continue;
-            }
-            TERRANE_TRY(const double own, steepness.cost(nodes_out[node]));
-            cost[node] = own * (1.0 + kAsideCost * share * share);
+            if (aside * bend > kFold) continue;
+            weight[node] = 1.0 + kAsideCost * share * share;
+            TERRANE_TRY(footing[node], ground.at(nodes_out[node]));
         }
     }
     std::vector<std::pair<double, std::size_t>> starts;
     for (std::size_t row = 0; row < kRows; ++row) {
-        const double start = kStartWeight * step * cost[row * columns];
-        if (std::isfinite(start)) starts.emplace_back(start, row * columns);
+        const std::size_t node = row * columns;
+        const Vector2d along(normals.front().y(), -normals.front().x());
+        const double cost = kStartWeight * step * weight[node] * ground.cost(footing[node], along);
+        if (std::isfinite(cost)) starts.emplace_back(cost, node);
     }
     const auto is_goal = [columns](std::size_t node) { return node % columns == columns - 1; };
-    const auto step_length = [&](std::size_t from, std::size_t to) {
-        const Vector2d d = nodes_out[to] - nodes_out[from];
-        return std::sqrt(d.x() * d.x() + d.y() * d.y());
+    const auto step_cost = [&](std::size_t from, std::size_t to) {
+        const Vector2d way = nodes_out[to] - nodes_out[from];
+        const double length = std::sqrt(way.x() * way.x() + way.y() * way.y());
+        if (!(length > 0.0)) return 0.0;
+        return 0.5 * length *
+               (weight[from] * ground.cost(footing[from], way / length) +
+                weight[to] * ground.cost(footing[to], way / length));
     };
-    return cheapest_route(columns, cost, starts, is_goal, step_length);
+    return cheapest_route(columns, kRows, kSteps, starts, is_goal, step_cost);
 }
 
 std::vector<Vector2d> moved(const std::vector<Vector2d>& line, const Placement& placement) {
@@ -388,16 +425,17 @@ struct Candidate {
 
 // Mean cost of a line, whose points may each move by a quarter of a strip to either side.
 Result<double> rough_cost(const std::vector<Vector2d>& line, double step,
-                          const Steepness& steepness) {
+                          const ClimbedGround& ground) {
     constexpr std::size_t kStride = 2, kStartPoints = 2;
     const std::vector<Vector2d> normals = normals_of(line);
     double sum = 0.0, count = 0.0;
     for (std::size_t i = 0; i < line.size(); i += kStride) {
         double least = std::numeric_limits<double>::infinity();
         for (const double share : {0.0, 0.25, -0.25}) {
-            TERRANE_TRY(const double cost,
-                        steepness.cost(line[i] + share * kHalfRows * step * normals[i]));
-            least = std::min(least, cost);
+            TERRANE_TRY(const Footing footing,
+                        ground.at(line[i] + share * kHalfRows * step * normals[i]));
+            const Vector2d along(normals[i].y(), -normals[i].x());
+            least = std::min(least, ground.cost(footing, along));
             if (least <= 1.0) break;
         }
         const double weight = i < kStride * kStartPoints ? kStartWeight : 1.0;
@@ -409,12 +447,12 @@ Result<double> rough_cost(const std::vector<Vector2d>& line, double step,
 
 // The best places and headings of a line by their rough costs, best first; ties go to the nearest.
 Result<std::vector<Candidate>> rank_placements(const std::vector<Vector2d>& line, double step,
-                                               const Steepness& steepness,
+                                               const ClimbedGround& ground,
                                                const RouteFreedom& freedom) {
     std::vector<Candidate> candidates;
     const auto add = [&](const Vector2d& move, const Vector2d& turn, double share) -> Result<void> {
         const Placement placement{freedom.pivot, freedom.pivot + move, turn};
-        TERRANE_TRY(const double rough, rough_cost(moved(line, placement), step, steepness));
+        TERRANE_TRY(const double rough, rough_cost(moved(line, placement), step, ground));
         candidates.push_back({placement, rough + kFarCost * share});
         return {};
     };
@@ -446,18 +484,22 @@ Result<std::optional<GroundRoute>> lay_over_climbable_ground(const std::vector<V
         std::max(std::clamp(length / kUsualSteps, kLeastStep, kMostStep), length / kMostSteps);
     const std::vector<Vector2d> guide = resampled(line, step);
     if (guide.size() < 2) return std::nullopt;
-    const Steepness steepness(source, std::min(step, kMostStep), freedom.max_slope);
-    const auto is_well_climbed = [&](const Vector2d& p) { return steepness.at(p) <= kWellClimbed; };
-    if (std::all_of(guide.begin(), guide.end(), is_well_climbed)) return std::nullopt;
+    const ClimbedGround ground(source, std::min(step, kMostStep), freedom.max_slope);
+    bool is_climbable = true;
+    for (const Vector2d& p : guide) {
+        TERRANE_TRY(const Footing footing, ground.at(p));
+        is_climbable = is_climbable && ground.can_be_climbed(footing);
+    }
+    if (is_climbable) return std::nullopt;
 
     TERRANE_TRY(const std::vector<Candidate> candidates,
-                rank_placements(guide, step, steepness, freedom));
+                rank_placements(guide, step, ground, freedom));
     GroundRoute result;
     double least = std::numeric_limits<double>::infinity();
     for (const Candidate& candidate : candidates) {
         std::vector<Vector2d> nodes;
         TERRANE_TRY(const Route route,
-                    find_in_strip(moved(guide, candidate.placement), step, steepness, nodes));
+                    find_in_strip(moved(guide, candidate.placement), step, ground, nodes));
         if (route.nodes.empty() || route.cost >= least) continue;
         least = route.cost;
         result.placement = candidate.placement;

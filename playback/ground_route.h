@@ -51,19 +51,19 @@ struct RouteFreedom {
 
 /// A line over ground that can be climbed.
 struct GroundRoute {
-    std::vector<Eigen::Vector2d> line;  ///< smooth, points at most 2 m or half a step apart
+    std::vector<Eigen::Vector2d> line;  ///< smooth, half a step between points
     Placement placement;                ///< the motion of the line as a whole
 };
 
-/// Lays a line over ground that can be climbed, its start included. Nothing if the line is over such ground. Any other
+/// Lays a line over ground that can be climbed. Nothing if the line is over such ground. Any other
 /// line is moved as a whole to the best of some places and headings near its own, and then follows the cheapest route
-/// in a strip of 20 steps to both sides, whose steps are 1 to 4 m long, or longer for a line of more than 16 km. If
+/// in a strip of 26 steps to both sides, whose steps are 1 to 3 m long, or longer for a line of more than 12 km. If
 /// there is no such ground, the route is as little too steep as possible.
 ///
 /// @param line equidistant points, 2 or more
 ///
 /// Fails: io if the source cannot be read
-/// Cost:  up to 500,000 calls of HeightSource::height() for a line of 1 km; 5 calls a step if the line is not changed
+/// Cost:  up to 1,500,000 calls of HeightSource::height() for a line of 1 km; 4 calls a step if the line is not changed
 Result<std::optional<GroundRoute>> lay_over_climbable_ground(
     const std::vector<Eigen::Vector2d>& line, const HeightSource& source,
     const RouteFreedom& freedom);

@@ -194,12 +194,14 @@ Result<void> project(std::vector<RawPoint>& points, const TrackReference& refere
         if (!(std::abs(point.x) <= 360.0 && std::abs(point.y) <= 90.0)) {
             return refuse("no place on the Earth");
         }
-        const WorldPos p_world = reference.world_from_lonlat({point.x, point.y, 0.0});
+        const WorldPos p_world =
+            reference.world_from_lonlat({point.x, point.y, point.has_height ? point.z : 0.0});
         if (!p_world.head<2>().allFinite()) {
             return refuse("outside of the projection of the terrain's raster");
         }
         point.x = p_world.x();
         point.y = p_world.y();
+        if (point.has_height) point.z = p_world.z();
     }
     return {};
 }

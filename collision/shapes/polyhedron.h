@@ -79,8 +79,9 @@ struct ClimbTable {
     double slack = 0.0;
 };
 
-/// Number of vertices from which a climb is faster than a scan: in extremes_benchmark both take 39 ns at 46 vertices.
-inline constexpr std::size_t kClimbFrom = 48;
+/// Number of vertices from which a climb is faster than a scan: in extremes_benchmark both take 44 ns at 42 to 44
+/// vertices.
+inline constexpr std::size_t kClimbFrom = 44;
 
 /// Support vertex: the vertex with the largest dot(direction, vertex) as computed by vector_math.h, the lowest index on
 /// a tie; vertex 0 for a direction of 0 or NaN. Scan and climb give the same vertex for every direction.

@@ -112,7 +112,7 @@ const MapCase kMaps[] = {
 
 class GeoreferenceOf : public ::testing::TestWithParam<MapCase> {};
 INSTANTIATE_TEST_SUITE_P(Maps, GeoreferenceOf, ::testing::ValuesIn(kMaps),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& map) { return std::string(map.param.name); });
 
 TEST_P(GeoreferenceOf, LengthsOf20KmAreWithinTheScaleError) {
     const DemInfo dem = info_of(GetParam());
@@ -167,8 +167,9 @@ TEST_P(GeoreferenceOf, PositionsReturnFromLongitudeAndLatitude) {
         ASSERT_LT((again[i] - world[i]).norm(), 5e-3) << world[i].transpose();
         ASSERT_EQ(again[i].z(), world[i].z());
         const Eigen::Vector3d turned = lonlat[i] + Eigen::Vector3d(360.0, 0.0, 0.0);
-        if (i % 100 == 0)
+        if (i % 100 == 0) {
             ASSERT_LT((georeference.world_from_lonlat(turned) - world[i]).norm(), 5e-3);
+        }
     }
     EXPECT_EQ(georeference.lonlat_from_world(world[5]), lonlat[5]);
     std::vector<Eigen::Vector3d> crs(world.size());
@@ -218,7 +219,9 @@ TEST(Georeference, KnowsPlacesOfOtherDatumsUnitsAndMeridians) {
         SCOPED_TRACE(place.map.name);
         const Georeference georeference = georeference_of(info_of(place.map));
         const Eigen::Vector3d lonlat = georeference.lonlat_from_world(WorldPos::Zero());
-        if (!std::isnan(place.longitude)) EXPECT_NEAR(lonlat.x(), place.longitude, 2e-4);
+        if (!std::isnan(place.longitude)) {
+            EXPECT_NEAR(lonlat.x(), place.longitude, 2e-4);
+        }
         EXPECT_NEAR(lonlat.y(), place.latitude, 1e-4);
         const Eigen::Vector3d crs = georeference.crs_from_world(WorldPos::Zero());
         EXPECT_NEAR(crs.x(), place.map.x, 1e-6);

@@ -96,7 +96,7 @@ if(COMPONENTS MATCHES "scene" AND COMPONENTS MATCHES "dem")
     file(GLOB targets ${WORK_DIR}/without_store/lib/*/cmake/terrane/terrane_store_targets*.cmake
         ${WORK_DIR}/without_store/lib/cmake/terrane/terrane_store_targets*.cmake)
     file(REMOVE ${targets})
-    find_components("The component 'dem' of Terrane needs the component 'store', which is not installed in [^ ]*without_store\\."
+    find_components("The component 'dem' of Terrane needs the component 'store', which is not installed in [^ ]*without_store[^ ]*\\."
         "terrain dem" -DCMAKE_PREFIX_PATH=${WORK_DIR}/without_store)
     file(REMOVE_RECURSE ${WORK_DIR}/without_store)
 endif()

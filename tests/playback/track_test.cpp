@@ -34,7 +34,8 @@ protected:
     static TrackReference degrees() {
         TrackReference reference;
         reference.world_from_lonlat = [](const Eigen::Vector3d& lonlat) {
-            return WorldPos((lonlat.x() - 12.5) * 80'000.0, (lonlat.y() - 41.5) * 111'000.0, 0.0);
+            return WorldPos((lonlat.x() - 12.5) * 80'000.0, (lonlat.y() - 41.5) * 111'000.0,
+                            lonlat.z());
         };
         return reference;
     }

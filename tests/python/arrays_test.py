@@ -71,10 +71,10 @@ class Arrays(unittest.TestCase):
         for call, words in (
                 (lambda: terrane.Lidar([[1, 0, 0]], max_range="far"),
                  r"^__init__\(\) takes Lidar\(.*max_range: float = 100.*\), got \(Lidar, list, max_range=str\)$"),
-                (lambda: terrane.World().step(None, np.zeros(2)), r"^step\(\) takes \(.*ground.*\), got \(.*ndarray\)$"),
+                (lambda: terrane.World().step(None, np.zeros(2)), r"^step\(\) takes \(.*ground.*, got \(.*ndarray\)$"),
                 (lambda: terrane.fractal(sead=7), r"^fractal\(\) takes \(.*seed: int.*got \(sead=int\)$"),
                 (lambda: self.ground.heights(np.zeros((30, 30))), r"^heights\(\) takes .*got \(Ground, numpy.ndarray\)$"),
-                (lambda: terrane.Shape.sphere("1"), r"^sphere\(\) takes \(.*\), got \(str\)$"),
+                (lambda: terrane.Shape.sphere("1"), r"^sphere\(\) takes \(.*, got \(str\)$"),
                 (lambda: setattr(truck, "mass", "heavy"), r"^a property takes \(.*got \(VehicleSettings, str\)$")):
             with self.assertRaisesRegex(TypeError, words) as caught:
                 call()

@@ -82,6 +82,33 @@ class Raster(unittest.TestCase):
         self.assertTrue((a.heights(x, y) != c.heights(x, y)).any())
         self.assertTrue((a.heights(x, y) != plain.heights(x, y)).any())
 
+    def test_a_raster_with_a_crs_has_a_place_on_the_earth(self):
+        with self.assertRaisesRegex(ValueError, "no CRS"):
+            terrane.open_dem(self.path).georeference()
+        with self.assertRaisesRegex(ValueError, "no raster"):
+            small_fractal().georeference()
+        wkt = ('PROJCS["WGS 84 / UTM zone 32N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],'
+               'PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
+               'PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",9],PARAMETER["scale_factor",0.9996],'
+               'PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]')
+        pathlib.Path(self.path).with_suffix(".prj").write_text(wkt)
+        source = terrane.open_dem(self.path)
+        earth = source.georeference()
+        world = np.array([[0.0, 0.0, 5.0], [100.0, -200.0, 6.0], [np.nan, 0.0, 0.0]])
+        lonlat = earth.lonlat_from_world(world)
+        self.assertTrue(np.allclose(earth.world_from_lonlat(lonlat)[:2], world[:2], atol=1e-6))
+        self.assertTrue(np.isnan(lonlat[2]).all() and (lonlat[:2, 2] == world[:2, 2]).all())
+        self.assertTrue((earth.lonlat_from_world(world[1]) == lonlat[1]).all())
+        self.assertTrue(np.allclose(earth.crs_from_world(world[0])[:2], source.info.centre))
+        self.assertTrue(np.allclose(earth.world_from_crs(earth.crs_from_world(world))[:2], world[:2], atol=1e-6))
+        scale = earth.scale_at(0, 0)
+        self.assertAlmostEqual(earth.geodesic_length((0, 0, 0), (100, 0, 0)), 100 * scale.x, delta=1e-4)
+        self.assertAlmostEqual(scale.x, 1.0, delta=source.info.scale_error)
+        self.assertEqual((earth.height_reference, earth.has_ellipsoidal_heights), ("unknown", False))
+        self.assertIn("unknown", earth.heights)
+        with self.assertRaisesRegex(ValueError, "positions"):
+            earth.lonlat_from_world(np.zeros((2, 2)))
+
     def test_progress_is_told_and_can_cancel_or_raise(self):
         shares = []
         terrane.open_dem(self.path, progress=shares.append)

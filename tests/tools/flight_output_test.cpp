@@ -440,6 +440,7 @@ TEST(FlightLog, ExcessErrorIsCountedInPixelSeconds) {
     frames[0].error_px = 1.5;
     frames[1].error_px = 0.5;
     frames[2].error_px = 3.0;
+    frames[0].status = MeshStatus::budget_reached;
     frames[2].status = MeshStatus::not_resident;
     const auto summary = summarize(frames, 1, 50.0);
     EXPECT_DOUBLE_EQ(summary["excess_error_px_s"].get<double>(), 0.05);

@@ -461,7 +461,7 @@ TEST(StlReader, RefusesEveryTruncatedFile) {
             EXPECT_EQ(mesh.error().code, ErrorCode::bad_data);
         }
     }
-    EXPECT_EQ(parse_stl(kStlText.substr(0, 200)).error().message,
+    EXPECT_EQ(parse_stl(kStlText.substr(0, 150)).error().message,
               "it ends early, or is wrong, in facet 1, counted from 0");
 }
 
@@ -478,13 +478,12 @@ TEST(MeshReaders, NeverThrowForChangedAndTruncatedFiles) {
     const std::string glb = glb_of_two_triangles();
     for (const std::string& whole : {glb, kStlText}) {
         int taken = 0;
-        for (int round = 0; round < 400; ++round) {
+        for (int round = 0; round < 2000; ++round) {
             SCOPED_TRACE(testing::Message() << "round " << round << " seed " << kSeed);
             std::string bytes = whole;
             if (round % 4 == 0) bytes.resize(random() % bytes.size());
-            for (unsigned flips = 1 + random() % 4; !bytes.empty() && flips > 0; --flips) {
+            if (!bytes.empty())
                 bytes[random() % bytes.size()] = static_cast<char>(random() & 0xffu);
-            }
             const Result<TriangleMesh> mesh =
                 whole == glb ? parse_gltf(bytes, "") : parse_stl(bytes);
             if (!mesh) continue;

@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -43,7 +44,10 @@ nlohmann::ordered_json describe_place(const Georeference& georeference, double x
     nlohmann::ordered_json place;
     place["lonlat"] = {lonlat.x(), lonlat.y()};
     place["scale"] = {scale.x, scale.y};
-    place["convergence_deg"] = scale.convergence * 180.0 / std::numbers::pi;
+    // Without the noise of rounding
+    constexpr double kPerDegree = 1e9;
+    place["convergence_deg"] =
+        std::round(scale.convergence * 180.0 / std::numbers::pi * kPerDegree) / kPerDegree;
     return place;
 }
 

@@ -45,7 +45,7 @@ VehicleSettings make_vehicle(VehicleKind kind) {
 }
 
 double climbable_slope(const VehicleSettings& settings) {
-    constexpr double kShare = 0.7;
+    constexpr double kShare = 0.8;
     constexpr double kGravity = 9.81;  // m/s^2
     double track = 0.0;
     for (const AxleSettings& axle : settings.axles) track = std::max(track, axle.track);

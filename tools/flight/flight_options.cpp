@@ -27,7 +27,10 @@ TrackReference track_reference(const Terrain& terrain) {
         return reference;
     }
     reference.world_from_lonlat = [made = *georeference](const Eigen::Vector3d& lonlat) {
-        return made.world_from_lonlat(lonlat);
+        WorldPos p_world = made.world_from_lonlat(lonlat);
+        // Recorded heights are taken as the raster's, not as ellipsoidal: most receivers give heights above the sea.
+        if (made.has_ellipsoidal_heights()) p_world.z() = lonlat.z();
+        return p_world;
     };
     return reference;
 }

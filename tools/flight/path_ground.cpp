@@ -34,9 +34,9 @@ Result<PathGround> find_ground_under(std::span<const std::vector<Eigen::Vector2d
     const double step = std::max(source->lattice().spacing, whole / kMostSteps);
     PathGround ground;
     const auto visit = [&](const Eigen::Vector2d& p, double length) -> Result<void> {
-        TERRANE_TRY(const bool is_over_ground, is_over_ground(*source, p.x(), p.y()));
+        TERRANE_TRY(const bool is_ground, is_over_ground(*source, p.x(), p.y()));
         ground.length += length;
-        if (is_over_ground) return {};
+        if (is_ground) return {};
         ground.off_ground += length;
         if (!ground.is_complete()) return {};
         ground.first_along = ground.length;
@@ -93,8 +93,10 @@ std::string describe_lack(const PathGround& ground, const Terrain& terrain) {
     // A path in the units of the raster's CRS
     const DemInfo& dem = *terrain.dem;
     const Result<Georeference> georeference = georeference_of(terrain);
-    if (!georeference) return text;
-    const WorldPos p_world = georeference->world_from_crs({p.x(), p.y(), 0.0});
+    const WorldPos p_world = georeference
+                                 ? georeference->world_from_crs({p.x(), p.y(), 0.0})
+                                 : WorldPos((p.x() - dem.centre_x) * dem.metres_per_unit_x,
+                                            (p.y() - dem.centre_y) * dem.metres_per_unit_y, 0.0);
     if (extent.contains(p_world.x(), p_world.y())) {
         text += fmt::format(
             "; x and y are metres from the raster's centre, which is {:.9g}, {:.9g} in its CRS",

@@ -162,7 +162,7 @@ public:
     void update(std::span<const Aabb> bounds) override {
         constexpr std::uint64_t kMostCells = 64;  // of a box, on average
         bounds_ = bounds;
-        if (lows_.size() != bounds.size()) {
+        if (first_of_bucket_.empty() || lows_.size() != bounds.size()) {
             lows_.resize(bounds.size());
             highs_.resize(bounds.size());
             const std::size_t buckets = std::bit_ceil(2 * bounds.size() + 1);
@@ -262,8 +262,8 @@ private:
 /// in one cell, that of its centre: bodies whose spheres meet are in the same cell or in neighbouring ones. All cells
 /// are cleared in every update. The bounds are cubes around the bodies' spheres; pairs are those whose spheres meet.
 ///
-/// Deviations: cells are wider if there would be more than 320 along an axis; a cell's list is linked through its
-///             bodies, so that clearing it sets one number.
+/// Deviations: cells are wider if there would be more than 40 and 4 cbrt(bodies) along an axis; a cell's list is linked
+///             through its bodies, so that clearing it sets one number.
 class CentroidGrid final : public Broadphase {
 public:
     explicit CentroidGrid(double width) : width_(width) {}
@@ -307,7 +307,6 @@ private:
 
     // Sets the balls, with radius -1 for an empty box, and the cells' width.
     void place_balls(std::span<const Aabb> bounds) {
-        constexpr double kMostCells = 320.0;   // along an axis
         constexpr double kLargest = 1e150;     // a coordinate: see Broadphase::update()
         constexpr double kWider = 1.0 + 1e-6;  // exceeds the rounding of a cell's index
         double largest = 0.0;                  // radius
@@ -320,7 +319,10 @@ private:
             balls_[i] = {0.5 * (low + high), is_box ? 0.5 * (high - low).maxCoeff() : -1.0};
             largest = std::max(largest, balls_[i].radius);
         }
-        const double cell = std::max(2.0 * largest * kWider, width_ / kMostCells);
+        // cells along an axis, so that memory is linear in the bodies
+        const double most =
+            std::max(double{kDenseCells}, 4.0 * std::cbrt(static_cast<double>(bounds.size())));
+        const double cell = std::max(2.0 * largest * kWider, width_ / most);
         lattice_.per_cell = 1.0 / cell;
         lattice_.last = static_cast<std::uint32_t>(std::max(1.0, std::ceil(width_ / cell))) - 1;
     }

@@ -133,7 +133,8 @@ CommandResult<Json> read_trade_document(const std::string& path) {
         return failure(fmt::format("cannot read '{}': {}", path, std::strerror(errno)));
     }
     Parsed<Json> document = parse_json(text);
-    const std::string fault = document ? fault_of_document(*document) : document.error();
+    const std::string fault = document ? fault_of_document(*document)
+                                       : fmt::format("it is no JSON: {}", document.error());
     if (!fault.empty()) {
         return failure(fmt::format("'{}' is no trade.json of terrane trade: {}", path, fault));
     }

@@ -24,11 +24,11 @@ bool is_one_of(const std::string& key, const std::array<std::string_view, N>& ke
 }
 
 // Coordinates, heights and grid sizes: 9 digits.
-constexpr std::array<std::string_view, 16> kPlaces{
+constexpr std::array<std::string_view, 18> kPlaces{
     "extent_m",         "min_m",     "max_m",        "root_size_m",     "lattice_origin_m",
     "finest_spacing_m", "cell_m",    "centre",       "metres_per_unit", "eye_m",
     "forward",          "quantum_m", "guaranteed_m", "voxel_m",         "bounds_m",
-    "stuck_at"};
+    "stuck_at",         "lonlat",    "scale"};
 
 // Echoes of the command line: not rounded.
 constexpr std::array<std::string_view, 11> kEchoed{

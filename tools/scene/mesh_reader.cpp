@@ -668,8 +668,8 @@ Result<TriangleMesh> read_file(const std::string& path, bool has_attributes) {
                     fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));
     }
     drop_flat_triangles(*mesh);
-    print_losses(path, mesh->left_out);
     if (mesh->triangles.empty()) return bad(fmt::format("mesh '{}' has no triangle", path));
+    print_losses(path, mesh->left_out);
     if (!has_attributes) join_vertices(*mesh);
     return TriangleMesh(*std::move(mesh));
 }

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -113,20 +114,29 @@ private:
         return turn(points_[previous_[i]], points_[i], points_[next_[i]]);
     }
 
-    /// The next corner to be clipped: an ear; else a corner without area; else one that is not clockwise.
+    /// Whether the sides at a corner lie on each other, or one has no length: it encloses nothing.
+    bool is_spike(std::uint32_t i) const {
+        const FlatPoint &a = points_[previous_[i]], &b = points_[i], &c = points_[next_[i]];
+        return turn_at(i) == 0.0 &&
+               (a[0] - b[0]) * (c[0] - b[0]) + (a[1] - b[1]) * (c[1] - b[1]) >= 0.0;
+    }
+
+    /// The next corner to be clipped: a spike; else an ear; else one between two sides on a line, which would leave its
+    /// point on another triangle's side; else one that is not clockwise.
     std::uint32_t find_corner(std::uint32_t from, std::size_t left, bool& is_good) const {
-        std::uint32_t at = from;
-        for (std::size_t i = 0; i < left; ++i, at = next_[at]) {
-            if (turn_at(at) > 0.0 && is_ear(at)) return at;
-        }
-        for (std::size_t i = 0; i < left; ++i, at = next_[at]) {
-            if (turn_at(at) == 0.0) return at;
-        }
-        for (std::size_t i = 0; i < left; ++i, at = next_[at]) {
-            if (turn_at(at) > 0.0) return at;
-        }
-        is_good = false;
-        return from;
+        const auto find = [&](const auto& wanted) {
+            std::uint32_t at = from;
+            for (std::size_t i = 0; i < left; ++i, at = next_[at]) {
+                if (wanted(at)) return std::optional(at);
+            }
+            return std::optional<std::uint32_t>();
+        };
+        auto found = find([&](std::uint32_t i) { return is_spike(i); });
+        if (!found) found = find([&](std::uint32_t i) { return turn_at(i) > 0.0 && is_ear(i); });
+        if (!found) found = find([&](std::uint32_t i) { return turn_at(i) == 0.0; });
+        if (!found) found = find([&](std::uint32_t i) { return turn_at(i) > 0.0; });
+        is_good = is_good && found;
+        return found.value_or(from);
     }
 
     bool is_ear(std::uint32_t i) const {

@@ -16,8 +16,8 @@ class App;
 
 namespace terrane::tools {
 
-/// What a raster means where its file does not say it, and the plane of its world: flags, or keys of a scene with the same names. The fields are
-/// those of DemSettings; absent: the file's.
+/// What a raster means where its file does not say it, and the plane of its world: flags, or keys of a scene with the
+/// same names. The fields are those of DemSettings; absent: the file's.
 struct RasterOptions {
     std::optional<std::string> height_unit;
     std::optional<double> height_scale;

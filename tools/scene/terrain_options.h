@@ -86,8 +86,8 @@ struct TerrainOptions {
     std::vector<std::string> scene_parts = {};  ///< see add_terrain_options(); of a scene: its own
 };
 
-/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --start-lonlat, --dem-memory-mb, --cache and the flags of
-/// RasterOptions. `options` must outlive the app's parse().
+/// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --start-lonlat, --dem-memory-mb, --cache
+/// and the flags of RasterOptions. `options` must outlive the app's parse().
 ///
 /// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, imagery and
 ///                    water_m: open_terrain() notes the others that a scene has

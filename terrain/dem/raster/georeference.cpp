@@ -2,7 +2,7 @@
 //
 // Source: T. Vincenty, Direct and Inverse Solutions of Geodesics on the Ellipsoid with Application of Nested Equations,
 //         Survey Review 23 (1975): the length of a geodesic.
-#include "raster/map_plane.h"
+#include "raster/crs_frame.h"
 #include "raster/plane_map.h"
 #include "raster/raster_reader.h"
 

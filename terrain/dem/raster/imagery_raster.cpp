@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cancellable_work.h"
-#include "raster/map_plane.h"
+#include "raster/crs_frame.h"
 #include "raster/raster_checks.h"
 #include "raster/raster_reader.h"
 
@@ -180,7 +180,7 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
     if (dem) {
         frame = world_frame_of(*dem);
     } else if (const OGRSpatialReference* crs = dataset_->GetSpatialRef(); crs != nullptr) {
-        const auto plane = map_plane_of(*crs, rect);
+        const auto plane = crs_scale_of(*crs, rect);
         if (!plane) {
             return fail(plane.error().code, named_raster(path_) + " " + plane.error().message);
         }

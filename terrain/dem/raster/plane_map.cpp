@@ -211,10 +211,10 @@ namespace {
 
 /// Sets the size of the raster in the plane.
 Result<void> set_size(double half_width, double half_height, double cell, DemInfo& info_out) {
-    // A tolerance for rounding: half a width of 3.0000000001 cells has three.
-    const auto cells = [cell](double half) { return 2.0 * std::ceil(half / cell - 1e-6); };
-    const double columns = std::max(2.0, cells(half_width));
-    const double rows = std::max(2.0, cells(half_height));
+    // The outermost nodes, half a cell within the extent, are on the raster's edges or beyond. A tolerance for
+    // rounding.
+    const auto cells = [cell](double half) { return 2.0 * std::ceil(half / cell + 0.5 - 1e-6); };
+    const double columns = cells(half_width), rows = cells(half_height);
     if (!(columns <= kMostSamples && rows <= kMostSamples)) {
         return fail(ErrorCode::bad_data, "has " + number_text(columns) + " x " + number_text(rows) +
                                              " cells of " + number_text(cell) +

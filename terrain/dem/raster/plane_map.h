@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "raster/map_plane.h"
+#include "raster/crs_frame.h"
 #include "raster/raster_checks.h"
 #include "raster/raster_reader.h"
 
@@ -54,8 +54,8 @@ struct SamplePosition {
     double column = 0.0, row = 0.0;
 };
 
-/// Where the samples of a raster are in a plane on whose axes they do not lie: the plane of a rotated or sheared raster,
-/// or the tangent plane at a raster's middle.
+/// Where the samples of a raster are in a plane on whose axes they do not lie: the plane of a rotated or sheared
+/// raster, or the tangent plane at a raster's middle.
 ///
 /// The tangent plane's map to sample positions is tabulated, with cubic interpolation, wherever its error in the middle
 /// of the table's cells is below kTableError; elsewhere PROJ is called for each position.

@@ -2,7 +2,7 @@
 #include "raster/raster_reader.h"
 
 #include "raster/cancellable_work.h"
-#include "raster/map_plane.h"
+#include "raster/crs_frame.h"
 #include "raster/raster_checks.h"
 
 #include <terrane/base/text.h>
@@ -267,7 +267,7 @@ Result<void> RasterReader::straighten() {
 
 /// Scales the CRS to the metres of the world.
 Result<void> RasterReader::choose_plane(const OGRSpatialReference& crs, const CrsRect& rect) {
-    const auto plane = map_plane_of(crs, rect);
+    const auto plane = crs_scale_of(crs, rect);
     if (!plane) {
         return fail(plane.error().code, named_raster(path_) + " " + plane.error().message);
     }
@@ -311,6 +311,7 @@ Result<void> RasterReader::find_place() {
         char* wkt = nullptr;
         if (crs->exportToWkt(&wkt) == OGRERR_NONE) info_.crs_wkt = wkt;
         CPLFree(wkt);
+        if (reading_.projection == DemProjection::own) TERRANE_TRY(choose_plane(*crs, rect));
         const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
         if (crs->IsGeographic() != 0) {
             TERRANE_TRY(check_longitudes(
@@ -318,7 +319,6 @@ Result<void> RasterReader::find_place() {
                 (rect.centre_x + rect.half_width) * degrees,
                 std::max(std::fabs(transform[1]), std::fabs(transform[2])) * degrees));
         }
-        if (reading_.projection == DemProjection::own) TERRANE_TRY(choose_plane(*crs, rect));
     }
     if (is_resampled()) return {};  // PlaneMap chooses the cells
     info_.cell_x = std::fabs(transform[1]) * info_.metres_per_unit_x;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "raster/crs_frame.h"
 #include "raster/height_numbers.h"
-#include "raster/map_plane.h"
 
 #include <terrane/dem/dem_heights.h>
 #include <terrane/terrain/height_source.h>

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: MIT
 //
-// The bound of a cell. The raster's own surface is h(p), bilinear between samples at whole numbers of p = (column, row).
-// The ground point above the foot f of the ellipsoid, or of the plane, is f + h(p(f)) n(f), with the normal n; its x and
-// y are those of the plane, and its z is the height there. Over a cell of the grid let A be the affine map from the cell
-// to p that fits the four nodes, off by q at each, and G the greatest slope of h around the cell. With overlines for the
-// bilinear interpolation of values at the nodes, E = |h - overline(h)| is at most
-//   |h(A) - overline(h(A))| + G (2 q + |p - overline(p)|).
-// The first term is the largest at the corners of the pieces into which the raster's lines cut the cell, plus a term for
-// the curvature of each piece, a quadratic function. The deviation |p - overline(p)| has two parts: that of the smooth map
-// from the plane, which is at most (|p_xx| + |p_yy|) / 8 for second differences over a cell and is taken twice as large;
-// and the shift of the foot by the deviation of h n, at most |n_xy| E and terms with the ellipsoid's curvature. So E is on
-// both sides; a slope for which it has no solution overhangs in the plane. The deviation of z follows from that of h.
+// The bound of a cell. The raster's own surface is h(p), bilinear between samples at whole numbers of p = (column,
+// row). The ground point above the foot f of the ellipsoid, or of the plane, is f + h(p(f)) n(f), with the normal n;
+// its x and y are those of the plane, and its z is the height there. Over a cell of the grid let A be the affine map
+// from the cell to p that fits the four nodes, off by q at each, and G the greatest slope of h around the cell. With
+// overlines for the bilinear interpolation of values at the nodes, E = |h - overline(h)| is at most
+//
+//     |h(A) - overline(h(A))| + G (2 q + |p - overline(p)|).
+//
+// The first term is the largest at the corners of the pieces into which the raster's lines cut the cell, plus a term
+// for the curvature of each piece, a quadratic function. The deviation of p in the second term has two parts: that of
+// the smooth map from the plane, which is at most (|p_xx| + |p_yy|) / 8 for second differences over a cell and is taken
+// twice as large; and the shift of the foot by the deviation of h n, at most |n_xy| E and terms with the ellipsoid's
+// curvature. So E is on both sides; a slope for which it has no solution overhangs in the plane. The deviation of z
+// follows from that of h.
 #include "raster/resampled_raster.h"
 
 #include <terrane/base/text.h>
@@ -140,8 +143,8 @@ double mapped_deviation(const SampleWindow& window, const CellMap& map) {
                                       2.0 * std::fabs(of_cell * map.by_y.column * map.by_y.row));
         }
     }
-    // A quadratic function with second derivatives a, b (mixed) and c differs from the interpolation of its values at the
-    // corners of a polygon within the cell by at most (|a| + 2 |b| + |c|) / 8.
+    // A quadratic function with second derivatives a, b (mixed) and c differs from the interpolation of its values at
+    // the corners of a polygon within the cell by at most (|a| + 2 |b| + |c|) / 8.
     return most + bend / 8.0;
 }
 
@@ -368,7 +371,7 @@ Result<ResampledRaster::Tile> ResampledRaster::make_tile(int column, int row, in
                 foot = map_->foot(foot_x, foot_y);
                 node.p = map_->at(foot_x, foot_y);
             }
-            if (!is_found) continue;
+            if (!is_found) return overhang(column + i, row + j);
             const double out_x =
                 std::max(-0.5 - node.p.column, node.p.column - (raster.columns - 0.5));
             const double out_y = std::max(-0.5 - node.p.row, node.p.row - (raster.rows - 0.5));
@@ -390,6 +393,13 @@ Result<ResampledRaster::Tile> ResampledRaster::make_tile(int column, int row, in
         }
     }
     return tile;
+}
+
+tl::unexpected<Error> ResampledRaster::overhang(int column, int row) const {
+    return fail(ErrorCode::bad_data, named_raster(path_) + " has slopes at x " +
+                                         number_text(map_->x(column)) + ", y " +
+                                         number_text(map_->y(row)) +
+                                         " m that overhang on the tangent plane (--project local)");
 }
 
 double ResampledRaster::cell_error(const Tile& tile, int column, int row) const {
@@ -499,13 +509,7 @@ Result<std::shared_ptr<const ResampledRaster>> ResampledRaster::create(
             for (int j = 0; j + 1 < rows; ++j) {
                 for (int i = 0; i + 1 < columns; ++i) {
                     const double error = made->cell_error(tile, i, j);
-                    if (!std::isfinite(error)) {
-                        return fail(ErrorCode::bad_data,
-                                    named_raster(made->path_) + " has slopes at x " +
-                                        number_text(made->map_->x(west + i)) + ", y " +
-                                        number_text(made->map_->y(south + j)) +
-                                        " m that overhang on the tangent plane (--project local)");
-                    }
+                    if (!std::isfinite(error)) return made->overhang(west + i, south + j);
                     made->errors_.raise(west + i, south + j, round_up(error));
                 }
             }

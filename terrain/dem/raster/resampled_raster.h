@@ -38,8 +38,8 @@ private:
 ///
 /// A node's height is that of the raster's own surface at its place; the surface repeats the raster's edge beyond it. A
 /// node is nodata where the raster's cell has nodata; where it is farther beyond the raster than a cell of the grid
-/// reaches; and where the map from the plane to the raster is not smooth on the scale of a cell, as at a pole of a raster
-/// in degrees. Each cell of the grid has a bound of the distance between its bilinear surface and the raster's.
+/// reaches; and where the map from the plane to the raster is not smooth on the scale of a cell, as at a pole of a
+/// raster in degrees. Each cell of the grid has a bound of the distance between its bilinear surface and the raster's.
 class ResampledRaster final : public HeightReader {
 public:
     /// Computes the bounds: one pass over all nodes, in parallel.
@@ -69,7 +69,11 @@ private:
     struct Tile;
 
     ResampledRaster() = default;
-    /// The nodes of a rectangle, with a ring of one more node.
+    /// The error of a slope that overhangs at a node.
+    tl::unexpected<Error> overhang(int column, int row) const;
+    /// The nodes of a rectangle.
+    ///
+    /// Fails: io; bad_data for slopes that overhang
     Result<Tile> make_tile(int column, int row, int columns, int rows) const;
     /// Bound of the distance over the cell north-east of a tile's node; infinite if the slope overhangs.
     double cell_error(const Tile& tile, int column, int row) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "raster/cancellable_work.h"
-#include "raster/map_plane.h"
+#include "raster/crs_frame.h"
 #include "raster/raster_checks.h"
 #include "raster/raster_reader.h"
 #include "raster/raster_store.h"

@@ -64,7 +64,7 @@ Result<void> check_closed(const VolumeMesh& mesh);
 /// edges.
 ///
 /// Fails: bad_data, naming a point of the shell, for a cavity whose triangles face outwards, a solid whose triangles
-///        face inwards, and a shell that touches another one everywhere
+///        face inwards, and a shell without a point of which it is certain that it is on no other shell
 /// Cost:  O(n log n), and for each shell the triangles above and below one of its points
 Result<std::vector<std::vector<std::array<std::uint32_t, 3>>>> nested_shells(
     const VolumeMesh& mesh);

@@ -211,7 +211,7 @@ std::size_t count_undecided(bool has_need, const Eigen::Vector3d& velocity, doub
     Pose pose{.translation = {-300.0, 40.0, 0.0}};
     std::size_t undecided = 0, hits = 0;
     constexpr double kStepTime = 0.1;
-    for (int step = 0; step < 30; ++step) {
+    for (int step = 0; step < 15; ++step) {
         pose.translation.z() = source->height(pose.translation.x(), pose.translation.y()) + height;
         std::vector<BodyNeed> needs;
         if (has_need) needs.push_back(lidar.need(pose, velocity));

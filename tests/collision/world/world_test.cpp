@@ -156,28 +156,28 @@ TEST(World, ItsGroundEndsAtTheExtentAlsoWithinACell) {
     const Ground ground =
         make_test_ground([](double, double) { return 5.0; },
                          {.spacing = 10.0, .extent = WorldRect{35.0, 35.0, 65.0, 65.0}});
-    World world = make_world();
-    std::vector<BodyId> beyond, within;
     for (const Shape& shape : {Shape{Sphere{0.5}}, Shape{Capsule{0.5, 0.0}},
                                Shape{Box{Eigen::Vector3d::Constant(0.5)}}}) {
+        World world = make_world();
+        std::vector<BodyId> beyond, within;
         for (const auto& [x, y] : {std::pair(1.0, 0.0), std::pair(-1.0, 0.0), std::pair(0.0, 1.0),
                                    std::pair(0.0, -1.0), std::pair(1.0, 1.0)}) {
-            const auto place = [&](double from_middle) {
+            const auto place = [x = x, y = y](double from_middle) {
                 return at({50.0 + from_middle * x, 50.0 + from_middle * y, 5.6});
             };
             beyond.push_back(add(world, {.shape = shape}, place(15.6)));
             within.push_back(add(world, {.shape = shape}, place(14.4)));
         }
-    }
-    for (int step = 0; step < 120; ++step) {
-        EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
-    }
-    for (const BodyId body : beyond) {
-        EXPECT_EQ(world.state(body).condition, BodyCondition::left_world);
-        EXPECT_LT(world.state(body).pose.translation.z(), -5.0);
-    }
-    for (const BodyId body : within) {
-        EXPECT_NEAR(world.state(body).pose.translation.z(), 5.5, 0.01);
+        for (int step = 0; step < 120; ++step) {
+            EXPECT_EQ(world.step(ground, kStep).too_deep, 0u);
+        }
+        for (const BodyId body : beyond) {
+            EXPECT_EQ(world.state(body).condition, BodyCondition::left_world);
+            EXPECT_LT(world.state(body).pose.translation.z(), -5.0);
+        }
+        for (const BodyId body : within) {
+            EXPECT_NEAR(world.state(body).pose.translation.z(), 5.5, 0.01);
+        }
     }
 }
 

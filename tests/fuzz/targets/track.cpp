@@ -15,7 +15,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const char* const name = input.one_of(kNames);
     TrackReference reference;
     reference.world_from_lonlat = [](const Eigen::Vector3d& lonlat) {
-        return WorldPos((lonlat.x() - 12.5) * 80'000.0, (lonlat.y() - 41.5) * 111'000.0, 0.0);
+        return WorldPos((lonlat.x() - 12.5) * 80'000.0, (lonlat.y() - 41.5) * 111'000.0,
+                        lonlat.z());
     };
     const Result<Track> track = read_track(folder.write(name, input.rest()), reference);
     if (!fuzz::is_accepted(track)) {

@@ -21,7 +21,7 @@ int main() {
     terrane::TrackReference rome;
     rome.world_from_lonlat = [](const Eigen::Vector3d& lonlat) {
         return terrane::WorldPos((lonlat.x() - 12.5) * 83'000.0, (lonlat.y() - 41.5) * 111'000.0,
-                                 0.0);
+                                 lonlat.z());
     };
     auto track = terrane::read_track("flown.gpx", rome);
     if (!track || track->points.size() != 2) return 3;

@@ -17,7 +17,7 @@ WRONG_VALUES = {
     "info": {"--seed": "x1 -1"},
     "info --dem none.tif": {"--dem-memory-mb": "0 -1 nan much", "--detail-m": "0", "--height-unit": "stone",
                             "--height-scale": "0 nan x", "--nodata": "x 1,,2 nan", "--encoding": "rgb",
-                            "--cell-m": "0 -1 nan"},
+                            "--cell-m": "0 -1 nan", "--project": "utm"},
     "mesh --seed 1": {"--budget": "-5 0 many", "--size": "0x100 100x0 -1x1 100", "--max-error-px": "0 nan",
                       "--fov-deg": "0 180 nan", "--eye": "nan,0,0 1,2", "--look": "1,2,inf", "--memory-mb": "0 -1"},
     "drop --seed 1": {"--count": "0 -1 1.5 two 1e3 99999999999999999999", "--dt": "0 -0.1 10.5 nan", "--seconds": "0 nan",
@@ -72,7 +72,7 @@ class WrongValues(Folder):
             (["info", "--seed", 1, "--dem-memory-mb", 5], "--dem-memory-mb"),
             *((["info", "--seed", 1, *flag], flag[0], "--dem") for flag in (
                 ["--height-unit", "ft"], ["--height-scale", 2], ["--nodata", -9999], ["--encoding", "mapbox"],
-                ["--cell-m", 5])),
+                ["--cell-m", 5], ["--project", "local"])),
             (["info", "--seed", 5, "--preset", "fast"], "--preset is not a flag of info"),
             (["info", "--dem", self.path("a.tif"), "--world-m", 4096], "--world-m"),
             *(([command, "--seed", 1, *flags], *words) for command in ("fly", "drive", "drop") for flags, *words in (

@@ -102,6 +102,7 @@ class Objects(Folder):
                 ([{**placed, "static": True, "proxy_error_m": -1}], "proxy_error_m", "-1"),
                 ([{**placed, "proxy_error_m": 1}], "proxy_error_m goes with static true"),
                 ([{**placed, "scale": 0}], "objects[0].scale", "got 0"),
+                ([{**placed, "crease_deg": 181}], "objects[0].crease_deg", "got 181"),
                 ([{"scatter": {"mesh": PINE}}], "objects[0].scatter.per_km2"),
                 ([{"scatter": {**scatter, "per_km2": 1e9}}], "objects[0].scatter.per_km2", "1e+09"),
                 ([{"scatter": {**scatter, "slope_deg": [40, 20]}}], "objects[0].scatter.slope_deg", "[40, 20]"),

@@ -88,8 +88,8 @@ public:
     std::size_t count() const;
 
     /// The need of a sensor, for a pager beside World::needs(): all ground within max_range in plan, whatever its
-    /// height, and ground that comes into range as the sensor moves. Beams that reach ground for which nothing asks have
-    /// the status not_resident. If the area is too large for the pager, its outer part is left out:
+    /// height, and ground that comes into range as the sensor moves. Beams that reach ground for which nothing asks
+    /// have the status not_resident. If the area is too large for the pager, its outer part is left out:
     /// PagerStats::cut_needs.
     ///
     /// @param velocity of the sensor until the scan, m/s, world axes

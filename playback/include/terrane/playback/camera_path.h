@@ -57,10 +57,10 @@ struct CameraPathSettings {
 ///   spins      straight; the view rotates about the vertical at 90 degrees a second, rests and reverses
 ///   teleports  straight legs of 5 s, each in another place with another heading
 ///
-/// If a `max_slope` is set, `straight`, `orbit`, `canyon`, `turns` and `spins` are laid over ground that can be climbed,
-/// for vehicles and characters. A path that crosses steeper ground is moved and turned as a whole, by up to its length,
-/// or by up to 40 m from a start_world, and follows the cheapest route near that line. Where all ground is steeper, it
-/// is as little too steep as possible.
+/// If a `max_slope` is set, `straight`, `orbit`, `canyon`, `turns` and `spins` are laid over ground that can be
+/// climbed, for vehicles and characters. A path that crosses steeper ground is moved and turned as a whole, by up to
+/// its length, or by up to 40 m from a start_world, and follows the cheapest route near that line. Where all ground is
+/// steeper, it is as little too steep as possible.
 ///
 /// A built-in path longer than the region continues straight beyond it. If an altitude is set, the camera flies that
 /// high above the smoothed ground, and higher where it would be less than half the altitude above the ground. Otherwise
@@ -112,7 +112,8 @@ private:
     std::shared_ptr<const Legs> legs_;
 };
 
-/// Whether there is ground under a point of a path: inside the extent, edges included, and not in a cell that is `cell_outside`.
+/// Whether there is ground under a point of a path: inside the extent, edges included, and not in a cell that is
+/// `cell_outside`.
 ///
 /// Fails: io if the source cannot be read
 Result<bool> is_over_ground(const HeightSource& source, double x, double y);

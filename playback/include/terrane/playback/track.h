@@ -37,8 +37,9 @@ struct Track {
 
 /// Places the longitudes and latitudes of a track in the world.
 struct TrackReference {
-    /// The world position of a longitude and latitude in WGS 84, degrees, such as Georeference::world_from_lonlat() of
-    /// the component dem; NaN if it has none. z is not used. Empty: the world has no place on the Earth.
+    /// The world position of a longitude and latitude in WGS 84, degrees, and a height above the datum of the
+    /// terrain's heights, such as Georeference::world_from_lonlat() of the component dem; NaN if it has none. Empty:
+    /// the world has no place on the Earth.
     std::function<WorldPos(const Eigen::Vector3d& lonlat)> world_from_lonlat = {};
     std::string why_not = "this terrain has no raster";  ///< reason if it is empty, for messages
 };
@@ -56,10 +57,11 @@ struct TrackReference {
 ///   .tum   lines of "time x y z qx qy qz qw", metres in the world; the rotation takes camera axes
 ///          (x right, y down, z forward) to world axes. Lines that start with # are comments
 ///
-/// GPX and IGC coordinates are converted to world metres by the reference, before anything else is made of them. Missing values are filled one by one, and
-/// Track::note counts them: heights linearly in time between the points around, of IGC fixes from the pressure altitude
-/// shifted like the fixes around; times by the distance between the points around. If no point has a height, or fewer
-/// than two have a time, the track has none. Points of equal times are merged into their mean.
+/// GPX and IGC coordinates are converted to world metres by the reference, before anything else is made of them.
+/// Missing values are filled one by one, and Track::note counts them: heights linearly in time between the points
+/// around, of IGC fixes from the pressure altitude shifted like the fixes around; times by the distance between the
+/// points around. If no point has a height, or fewer than two have a time, the track has none. Points of equal times
+/// are merged into their mean.
 ///
 /// Fails: io if the file cannot be read; bad_data, naming file, line and value, if a line is invalid, times decrease,
 ///        or fewer than two points remain; invalid_argument for another extension, or for longitudes and latitudes if

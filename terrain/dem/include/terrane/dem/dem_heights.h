@@ -113,12 +113,12 @@ struct DemInfo {
     /// lengths at the centre by more than 5 percent, metres on the ellipsoid per unit at the centre.
     double metres_per_unit_x = 1.0, metres_per_unit_y = 1.0;
     /// Bound of the relative error of lengths, in any direction, anywhere on the raster: of the distance in the plane
-    /// between two places up to 20 km apart against the geodesic on the ellipsoid of WGS 84. It counts the distortion of
-    /// the projection; places outside the projection are left out. Of a longer line the error may exceed it a little if
-    /// its geodesic leaves the raster. About 9 at most if the CRS is geographic; 0 without a CRS.
+    /// between two places up to 20 km apart against the geodesic on the ellipsoid of WGS 84. It counts the distortion
+    /// of the projection; places outside the projection are left out. Of a longer line the error may exceed it a little
+    /// if its geodesic leaves the raster. About 9 at most if the CRS is geographic; 0 without a CRS.
     double scale_error = 0.0;
-    /// Of a raster that is resampled, the largest vertical distance from the raster's own surface, metres; bounds of the
-    /// source include that of their neighbourhood. 0: not resampled.
+    /// Of a raster that is resampled, the largest vertical distance from the raster's own surface, metres; bounds of
+    /// the source include that of their neighbourhood. 0: not resampled.
     double resampling_error = 0.0;
     /// What each of these was taken to be, and from where: "Int16", "foot, from the band", "up, assumed",
     /// "-9999, declared", "geotransform".
@@ -157,9 +157,9 @@ public:
     ///        (DemSettings::nodata), colours, an unknown unit, several subdatasets, complex numbers,
     ///        cells without area or more than 32 times as long as wide, and a geographic raster that extends beyond a
     ///        pole or has a scale_error above 9; for DemProjection::local, a raster without a place on the Earth, one
-    ///        that extends more than 60 degrees from its middle, and slopes that overhang in the plane; invalid_argument for settings out of range; out_of_memory above
-    ///        memory_bytes, or if the system has less; timed_out after read_timeout; cancelled by `progress`. The
-    ///        message names the file.
+    ///        that extends more than 60 degrees from its middle, and slopes that overhang in the plane;
+    ///        invalid_argument for settings out of range; out_of_memory above memory_bytes, or if the system has less;
+    ///        timed_out after read_timeout; cancelled by `progress`. The message names the file.
     /// Cost:  linear in the samples. If cells are not square, also in the ratio of a cell's longer side to its shorter
     ///        one. Bands of 32-bit integers or 64-bit numbers need a second pass over the file
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,

@@ -56,26 +56,32 @@ public:
     /// Cost:  1 to 50 ms
     static Result<Georeference> create(const DemInfo& dem);
 
-    /// Converts arrays of positions.
+    /// Converts arrays of positions to longitude, latitude and height.
     void lonlat_from_world(std::span<const WorldPos> world,
                            std::span<Eigen::Vector3d> lonlat_out) const;
+    /// The inverse.
     void world_from_lonlat(std::span<const Eigen::Vector3d> lonlat,
                            std::span<WorldPos> world_out) const;
+    /// Coordinates in the raster's CRS.
     void crs_from_world(std::span<const WorldPos> world, std::span<Eigen::Vector3d> crs_out) const;
+    /// The inverse.
     void world_from_crs(std::span<const Eigen::Vector3d> crs, std::span<WorldPos> world_out) const;
 
-    /// Converts one position.
+    /// Converts one position to longitude, latitude and height.
     Eigen::Vector3d lonlat_from_world(const WorldPos& p_world) const;
+    /// The inverse, of one position.
     WorldPos world_from_lonlat(const Eigen::Vector3d& lonlat) const;
+    /// Coordinates of one position in the raster's CRS.
     Eigen::Vector3d crs_from_world(const WorldPos& p_world) const;
+    /// The inverse, of one position.
     WorldPos world_from_crs(const Eigen::Vector3d& p_crs) const;
 
     /// The scale at a place of the world, metres. NaN where the place or its surroundings of 10 m have no longitude.
     PlaneScale scale_at(double x, double y) const;
 
-    /// Length of the geodesic between two places of the world, on the ellipsoid of WGS 84, metres. The relative error of
-    /// their distance in the plane is distance / geodesic_length() - 1. NaN if a place has no longitude, and for places
-    /// nearly opposite on the Earth.
+    /// Length of the geodesic between two places of the world, on the ellipsoid of WGS 84, metres. The relative error
+    /// of their distance in the plane is distance / geodesic_length() - 1. NaN if a place has no longitude, and for
+    /// places nearly opposite on the Earth.
     double geodesic_length(const WorldPos& a_world, const WorldPos& b_world) const;
 
     /// What the raster's heights are measured from.

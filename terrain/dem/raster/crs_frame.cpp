@@ -6,7 +6,7 @@
 //
 // Sources: J. P. Snyder, Map Projections - A Working Manual, USGS Professional Paper 1395 (1987), equations 3-11, 4-18
 //          and 4-19: the ellipsoid, radii of curvature of the meridian and of the prime vertical.
-#include "raster/map_plane.h"
+#include "raster/crs_frame.h"
 
 #include "raster/raster_reader.h"
 
@@ -109,7 +109,7 @@ double datum_error_of(const Ellipsoid& ellipsoid) {
     return difference < kSame ? kSame : 1.5 * difference + kShift;
 }
 
-Result<MapPlane> plane_of_degrees(const OGRSpatialReference& crs, const Ellipsoid& ellipsoid,
+Result<CrsScale> plane_of_degrees(const OGRSpatialReference& crs, const Ellipsoid& ellipsoid,
                                   const CrsRect& rect) {
     constexpr double kQuarterTurn = 0.5 * std::numbers::pi;
     const double radians = crs.GetAngularUnits();
@@ -123,7 +123,7 @@ Result<MapPlane> plane_of_degrees(const OGRSpatialReference& crs, const Ellipsoi
                                              number_text(furthest_deg) +
                                              " degrees, -90 to 90 are possible");
     }
-    MapPlane plane;
+    CrsScale plane;
     plane.is_geographic = true;
     plane.metres_x = round_to(parallel_radius(ellipsoid, centre) * radians, 1024.0);
     plane.metres_y = round_to(meridian_radius(ellipsoid, centre) * radians, 1024.0);
@@ -172,7 +172,7 @@ std::vector<Jacobian> jacobians(const CrsTransform& geographic_from_crs, const E
     return all;
 }
 
-Stretch stretch_of(const Jacobian& jacobian, const MapPlane& plane) {
+Stretch stretch_of(const Jacobian& jacobian, const CrsScale& plane) {
     const Eigen::Vector3d x = jacobian.x / plane.metres_x, y = jacobian.y / plane.metres_y;
     const double middle = 0.5 * (x.squaredNorm() + y.squaredNorm());
     const double half = std::hypot(0.5 * (x.squaredNorm() - y.squaredNorm()), x.dot(y));
@@ -187,9 +187,9 @@ bool is_mercator(const OGRSpatialReference& crs) {
            projection.find("Pseudo") != std::string_view::npos;
 }
 
-MapPlane plane_of_projection(const OGRSpatialReference& crs, const Ellipsoid& ellipsoid,
+CrsScale plane_of_projection(const OGRSpatialReference& crs, const Ellipsoid& ellipsoid,
                              const CrsRect& rect) {
-    MapPlane plane;
+    CrsScale plane;
     plane.metres_x = plane.metres_y = crs.GetLinearUnits();
     const std::unique_ptr<OGRSpatialReference> geographic(crs.CloneGeogCS());
     if (!geographic) return plane;
@@ -289,10 +289,10 @@ void CrsTransform::apply(std::span<double> x, std::span<double> y, std::span<dou
     }
 }
 
-Result<MapPlane> map_plane_of(const OGRSpatialReference& crs, const CrsRect& rect) {
+Result<CrsScale> crs_scale_of(const OGRSpatialReference& crs, const CrsRect& rect) {
     const QuietGdal quiet;
     const Ellipsoid ellipsoid{crs.GetSemiMajor(), crs.GetSemiMinor()};
-    MapPlane plane;
+    CrsScale plane;
     if (crs.IsGeographic() != 0) {
         TERRANE_TRY(plane, plane_of_degrees(crs, ellipsoid, rect));
     } else if (crs.IsProjected() != 0) {

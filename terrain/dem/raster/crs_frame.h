@@ -62,7 +62,7 @@ struct CrsRect {
 };
 
 /// How a raster's CRS becomes the plane of the world: two factors.
-struct MapPlane {
+struct CrsScale {
     bool is_geographic = false;
     double metres_x = 1.0, metres_y = 1.0;  ///< of the world per unit of the CRS
     double scale_error = 0.0;               ///< as DemInfo::scale_error
@@ -75,7 +75,7 @@ struct MapPlane {
 ///
 /// Fails: bad_data if a geographic raster extends beyond a pole, or so near it that the error exceeds kMostScaleError;
 ///        the message begins with a verb
-Result<MapPlane> map_plane_of(const OGRSpatialReference& crs, const CrsRect& rect);
+Result<CrsScale> crs_scale_of(const OGRSpatialReference& crs, const CrsRect& rect);
 
 /// The affine conversion from a raster's CRS to its world, of which longitudes wrap.
 struct WorldFrame {
