@@ -12,6 +12,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <ostream>
 #include <random>
 #include <string>
 #include <vector>
@@ -101,18 +102,18 @@ struct Oracle {
 Oracle rough(RasterSpec spec, double noise_m, double void_share, unsigned seed) {
     Oracle oracle;
     std::mt19937 random(seed);
-    const int columns = spec.columns;
-    oracle.heights.resize(static_cast<std::size_t>(columns * spec.rows));
+    const auto columns = static_cast<std::size_t>(spec.columns);
+    oracle.heights.resize(columns * static_cast<std::size_t>(spec.rows));
     for (std::size_t i = 0; i < oracle.heights.size(); ++i) {
-        const double column = static_cast<double>(i % static_cast<std::size_t>(columns));
-        const double row = static_cast<double>(i / static_cast<std::size_t>(columns));
+        const std::size_t row_index = i / columns;
+        const auto column = static_cast<double>(i % columns), row = static_cast<double>(row_index);
         oracle.heights[i] = 900.0 + 5.0 * noise_m * std::sin(0.13 * column) * std::cos(0.11 * row) +
                             noise_m * (2.0 * random_unit(random) - 1.0);
         oracle.heights[i] = static_cast<double>(static_cast<float>(oracle.heights[i]));
         if (random_unit(random) < void_share) oracle.heights[i] = std::nan("");
     }
     spec.value = [heights = oracle.heights, columns](int column, int row) {
-        return heights[static_cast<std::size_t>(row * columns + column)];
+        return heights[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)];
     };
     oracle.spec = std::move(spec);
     return oracle;
@@ -233,7 +234,8 @@ TEST(ResampledRaster, AFinerCellHasASmallerError) {
 TEST(ResampledRaster, APlaneIsExactInAnyDirection) {
     Oracle oracle = rough(turned(30.0, 10.0, 17.0), 0.0, 0.0, 1);
     for (std::size_t i = 0; i < oracle.heights.size(); ++i) {
-        const auto column = static_cast<double>(i % 90), row = static_cast<double>(i / 90);
+        const std::size_t row_index = i / 90;
+        const auto column = static_cast<double>(i % 90), row = static_cast<double>(row_index);
         oracle.heights[i] = 0.25 * column - 3.0 * row;  // exact as floats
     }
     oracle.spec.value = [&](int c, int r) { return oracle.sample(c, r); };
@@ -253,6 +255,7 @@ struct Place {
     const char* crs;
     std::array<double, 6> transform;
 };
+void PrintTo(const Place& place, std::ostream* out) { *out << place.name; }
 constexpr Place kPlaces[] = {
     {"utm", "EPSG:32633", {400000.0, 250.0, 0.0, 6020000.0, 0.0, -250.0}},
     {"degrees", "EPSG:4326", {10.0, 0.004, 0.0, 60.3, 0.0, -0.002}},
