@@ -11,7 +11,10 @@ namespace terrane::internal {
 namespace {
 
 // Smallest downward component of a unit face normal for which the face is used as a lower bound of the hull.
-constexpr double kSteep = 1e-3;
+constexpr double kLeastSteep = 1e-3;
+
+// Below this cosine a feature counts as perpendicular to a direction.
+constexpr double kPerpendicular = 1e-9;
 
 /// Visits the faces around a vertex, each of them twice.
 template <class Visit>
@@ -38,7 +41,7 @@ void add_planes(LocalHull& hull) {
         return of_a > of_b || (of_a == of_b && a < b);
     };
     visit_faces_around(shape, find_extreme(shape, down), [&](std::uint32_t face) {
-        if (dot(shape.faces[face].normal, down) < kSteep) return;
+        if (dot(shape.faces[face].normal, down) < kLeastSteep) return;
         std::size_t at = count;
         while (at > 0 && is_flatter(face, faces[at - 1])) --at;
         if (at == kFaces || (at > 0 && faces[at - 1] == face)) return;
@@ -111,8 +114,6 @@ const Polyhedron::Edge* find_edge(const Polyhedron& shape, std::uint32_t a, std:
 
 ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
                           Eigen::Vector3d& middle_out) {
-    // Below this cosine a feature counts as perpendicular to the direction.
-    constexpr double kLevel = 1e-9;
     const Polyhedron& shape = *hull.shape;
     const std::uint32_t lowest = hull.lowest(n);
     const Eigen::Vector3d down = -hull.to_body(n);
@@ -122,7 +123,7 @@ ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
          ++k) {
         const std::uint32_t other = shape.neighbours[k];
         const Eigen::Vector3d edge = shape.vertices[other] - shape.vertices[lowest];
-        if (std::abs(dot(down, edge)) > kLevel * length(edge)) continue;
+        if (std::abs(dot(down, edge)) > kPerpendicular * length(edge)) continue;
         beside = other;
         ++level_count;
     }
@@ -152,14 +153,11 @@ ShapeFeature find_deepest(const LocalHull& hull, const Eigen::Vector3d& n,
 
 namespace {
 
-// Below this cosine a feature counts as perpendicular to the direction.
-constexpr double kLevel = 1e-9;
-
 DeepestPoint deepest_of_round(const LocalShape& shape, const Eigen::Vector3d& n) {
     Eigen::Vector3d p = shape.centre;
     ShapeFeature feature{0, shape.has_core() ? 1u : 0u};
     const double along = dot(n, shape.core);
-    if (std::abs(along) > kLevel * length(shape.core)) {
+    if (std::abs(along) > kPerpendicular * length(shape.core)) {
         p += along > 0.0 ? -shape.core : shape.core;
         feature = along > 0.0 ? ShapeFeature{0, 0} : ShapeFeature{1, 1};
     }
@@ -173,7 +171,7 @@ DeepestPoint deepest_of_box(const LocalShape& shape, const Eigen::Vector3d& n) {
     for (std::uint32_t i = 0; i < 3; ++i) {
         const auto axis = static_cast<Eigen::Index>(i);
         const double along = dot(n, shape.axes[i]);
-        if (std::abs(along) > kLevel) {
+        if (std::abs(along) > kPerpendicular) {
             p += (along > 0.0 ? -shape.half[axis] : shape.half[axis]) * shape.axes[i];
             if (!(along > 0.0)) corner |= 1u << i;
         } else {
