@@ -71,8 +71,8 @@ bool step_or_wait(Terrain& terrain, World& world, double& time_s, double dt) {
     return report.parked == 0;
 }
 
-// A scan of a lidar on two threads. Its need goes to the terrain beside those of the bodies. All beams read one Ground,
-// which does not change, whatever is loaded meanwhile.
+// Scans with a lidar on two threads. The terrain first loads the ground that the bodies and the lidar need. All beams
+// read one Ground, which does not change while other chunks are loaded.
 std::vector<LidarStatus> scan(Terrain& terrain, World& world, Lidar& lidar,
                               const Pose& world_from_sensor, double time_s) {
     const std::span<const BodyNeed> of_bodies = world.needs();

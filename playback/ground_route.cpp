@@ -310,7 +310,7 @@ constexpr std::array<std::array<double, 2>, 8> kHeadings{{{1.0, 0.0},
                                                           {-kHalfRoot, -kHalfRoot},
                                                           {-1.0, 0.0}}};
 
-// The ground at a point, for one who climbs it.
+// Slope of the ground at a point, and whether there is ground.
 struct Footing {
     Vector2d slope = Vector2d::Zero();  // rise over run, towards east and north
     bool is_ground = true;

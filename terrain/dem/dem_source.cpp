@@ -305,8 +305,8 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
     } else
         TERRANE_TRY(fine_->vertex_bounds(grid, bounds_out));
     if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
-    // Points of even column and row are not vertices: the corner is a multiple of twice the step. The triangles of a
-    // centre and of its descendants are within three steps, those of a midpoint within two.
+    // Points of even column and row are not vertices: the corner is a multiple of twice the step. The diamonds of a
+    // centre and of all its descendants lie within three steps of it; the diamonds of a midpoint, within two.
     std::size_t at = 0;
     for (int row = 0; row < grid.rows; ++row) {
         for (int column = 0; column < grid.columns; ++column, ++at) {

@@ -135,7 +135,7 @@ const SolidSurface* Ground::solid(std::int64_t column, std::int64_t row) const {
 bool Ground::has_same_cells(const Ground& other, const CellRange& cells) const {
     if (level_ != other.level_) return false;
     if (resident_ == other.resident_) return true;
-    if (!(lattice() == other.lattice()) || !(in_extent_ == other.in_extent_)) return false;
+    if (!(lattice() == other.lattice()) || !(extent_ == other.extent_)) return false;
     for (std::int64_t row = cells.south >> kChunkShift; row <= cells.north >> kChunkShift; ++row) {
         for (std::int64_t column = cells.west >> kChunkShift; column <= cells.east >> kChunkShift;
              ++column) {

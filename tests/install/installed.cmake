@@ -88,7 +88,7 @@ endforeach()
 endfunction()
 find_components("The component 'volumes' of Terrane is not found; known are base, terrain, .* render\\." "terrain volumes")
 if(COMPONENTS MATCHES "scene" AND COMPONENTS MATCHES "dem")
-    find_components("The component 'dem' of Terrane needs GDAL 3.2, which was not found\\." "terrain dem"
+    find_components("The component 'dem' of Terrane needs GDAL 3.3, which was not found\\." "terrain dem"
         -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON)
     find_components("scene=TRUE -- dem=FALSE -- volumes=FALSE"
         "terrain OPTIONAL_COMPONENTS scene dem volumes" -DCMAKE_DISABLE_FIND_PACKAGE_GDAL=ON)

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The laboratory's broadphases against a comparison of all bodies, for bodies that no crowd has.
-#include "lab/crowd_schemes.h"
-
+#include "lab/crowd.h"
 #include "support/random.h"
 
 #include <gtest/gtest.h>
@@ -64,7 +63,10 @@ std::vector<Spheres> make_spheres() {
     Spheres& spread = named("spread over the room");
     for (int i = 0; i < 600; ++i) spread.add(place(random, 0.0, kWidth), eighths(random, 0.5, 2.0));
     Spheres& lattice = named("on a lattice, touching");
-    for (int i = 0; i < 343; ++i) lattice.add(2.0 * Eigen::Vector3d(i % 7, i / 7 % 7, i / 49), 1.0);
+    for (int i = 0; i < 343; ++i) {
+        const int row = i / 7 % 7, layer = i / 49;
+        lattice.add(2.0 * Eigen::Vector3d(i % 7, row, layer), 1.0);
+    }
     Spheres& outside = named("outside the room, at negative coordinates");
     for (int i = 0; i < 300; ++i) outside.add(place(random, -60.0, -20.0), 1.0);
     for (int i = 0; i < 100; ++i) outside.add(place(random, 60.0, 200.0), 4.0);

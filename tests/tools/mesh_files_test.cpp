@@ -161,7 +161,8 @@ TEST(ReadMesh, NamesWhatIsWrong) {
              {"format binary_middle_endian 1.0\n", "'format binary_middle_endian 1.0'"},
              {"element vertex 1\nproperty half x\nend_header\n", "'property half x'"},
              {face, "faces come before its vertices"},
-             {"element vertex 1\n" + xyz + face + "1 2 3\n3 0 0 1\n", "point 1 of 1"}}) {
+             {std::string("element vertex 1\n").append(xyz).append(face).append("1 2 3\n3 0 0 1\n"),
+              "point 1 of 1"}}) {
         const Result<TriangleMesh> mesh = parse_ply("ply\nformat ascii 1.0\n" + text);
         ASSERT_FALSE(mesh) << text;
         EXPECT_NE(mesh.error().message.find(words), std::string::npos) << mesh.error().message;
@@ -482,8 +483,9 @@ TEST(MeshReaders, NeverThrowForChangedAndTruncatedFiles) {
             SCOPED_TRACE(testing::Message() << "round " << round << " seed " << kSeed);
             std::string bytes = whole;
             if (round % 4 == 0) bytes.resize(random() % bytes.size());
-            if (!bytes.empty())
+            for (unsigned flips = 1 + random() % 4; !bytes.empty() && flips > 0; --flips) {
                 bytes[random() % bytes.size()] = static_cast<char>(random() & 0xffu);
+            }
             const Result<TriangleMesh> mesh =
                 whole == glb ? parse_gltf(bytes, "") : parse_stl(bytes);
             if (!mesh) continue;

@@ -3,7 +3,6 @@
 #include "program/options.h"
 #include "program/summary.h"
 #include "query/answers.h"
-#include "query/lonlat_keys.h"
 #include "query/questions.h"
 #include "scene/terrain_options.h"
 
@@ -52,8 +51,7 @@ CommandResult<void> run_query(const QueryOptions& options) {
     bool has_more = !terrain.bodies.empty() || terrain.objects != nullptr;  // than ground
     LonlatKeys lonlat(terrain);
     const auto answer_line = [&](std::string_view line) {
-        const QueryLine asked =
-            parse_query(line, [&lonlat](auto& object) { return lonlat.replace(object); });
+        const QueryLine asked = parse_query(line, &lonlat);
         nlohmann::ordered_json answer = answer_query(asked, ground, scene);
         if (asked.wants_lonlat && asked.question) lonlat.add_to(answer, *asked.question);
         if (has_more && is_of_ground_alone(asked.question)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "lab/crowd_schemes.h"
+#include "lab/crowd.h"
 
 #include <algorithm>
 #include <bit>

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "program/json_values.h"
+#include "scene/terrain_options.h"
 
 #include <terrane/collision/shapes.h>
+#include <terrane/dem/georeference.h>
 #include <terrane/terrain/view.h>
 
 #include <nlohmann/json.hpp>
@@ -103,13 +105,37 @@ struct QueryLine {
     tl::expected<Question, std::string> question;
 };
 
+/// Longitudes and latitudes in lines of `terrane query`: degrees in WGS 84.
+///
+/// `lonlat`, [longitude, latitude], stands for the keys x and y of a question; [longitude, latitude, z] stands for its
+/// position. `from_lonlat`, `to_lonlat`, `eye_lonlat` and `look_lonlat` stand for from, to, eye and look. z is that of
+/// the world. The answer to a question with such a key, or with "lonlat": true, has the longitude and latitude of its
+/// point, or of x and y, at `lonlat`.
+class LonlatKeys {
+public:
+    /// @param terrain must outlive the object
+    explicit LonlatKeys(const Terrain& terrain) : terrain_(terrain) {}
+
+    /// Replaces the keys of a line by world positions. Returns whether the answer has a longitude and latitude. The
+    /// first line with such a key opens the georeference.
+    Parsed<bool> replace(nlohmann::ordered_json& question);
+    /// Adds the longitude and latitude to an answer.
+    void add_to(nlohmann::ordered_json& answer, const Question& question) const;
+
+private:
+    Parsed<WorldPos> place(const nlohmann::ordered_json& object, const std::string& key,
+                           std::size_t count);
+    Parsed<bool> replace_in(nlohmann::ordered_json& object);
+
+    const Terrain& terrain_;
+    std::optional<Result<Georeference>> georeference_;
+};
+
 /// Parses `{"id":..,"op":..,..}`. Ignores unknown keys. Coordinates must be within 2e9 m of 0. A rotation is [w, x, y,
 /// z] of length 1 within 1e-6, by default the identity.
 ///
-/// @param replace_lonlat LonlatKeys::replace(), or empty: keys of longitude and latitude are ignored
-QueryLine parse_query(
-    std::string_view line,
-    const std::function<Parsed<bool>(nlohmann::ordered_json& question)>& replace_lonlat = {});
+/// @param lonlat null: ignores keys of longitude and latitude
+QueryLine parse_query(std::string_view line, LonlatKeys* lonlat = nullptr);
 
 /// Parses a pick: `{"eye":[x,y,z],"look":[x,y,z],"fov_deg":60,"size":[w,h],"pixel":[x,y],"far_m":100000}`, with the
 /// names of flags of `terrane mesh`. `forward`, a direction of any length, may take the place of `look`. `up` is the

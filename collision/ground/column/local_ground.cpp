@@ -108,6 +108,7 @@ CellPrism LocalGround::prism(const CellRange& cells, std::int32_t low, std::int3
 
 const LocalWindow* LocalGround::window(const CellRange& cells, int ring) const {
     if (cells.east < cells.west || cells.north < cells.south) return nullptr;
+    if (!ground().is_within_extent(cells)) return nullptr;
     const auto widened = [&](int by) {
         return CellRange{cells.west - by, cells.south - by, cells.east + by, cells.north + by};
     };
@@ -115,7 +116,6 @@ const LocalWindow* LocalGround::window(const CellRange& cells, int ring) const {
     if (!window_.holds(widened(ring)) && !window_.read(reader_, widened(1), base_, quantum_)) {
         return nullptr;
     }
-    if (!ground().is_within_extent(cells)) return nullptr;
     return window_.is_full || window_.is_ground(cells) ? &window_ : nullptr;
 }
 

@@ -70,8 +70,9 @@ public:
     virtual std::uint64_t update_operations() const = 0;
 };
 
-/// Boxes of bodies, each computed when a pair first needs it. The broadphase has bounds that contain the boxes and are
-/// cheaper, such as cubes. The pairs are those of a broadphase of the boxes.
+/// Computes the boxes of those bodies only whose bounds overlap. A broadphase holds the bounds: they contain the boxes
+/// and take less time to compute, such as cubes around bounding spheres. A broadphase of all boxes finds the same
+/// pairs.
 ///
 /// Threads: one at a time.
 class LazyBoxes {
@@ -82,7 +83,7 @@ public:
     /// @param box_of     Aabb(std::uint32_t body): the box of a body; called once for each body of a pair of `bounds`,
     ///                   and for no other
     ///
-    /// Cost: that of find_pairs(), and the boxes of the bodies of its pairs
+    /// Cost: Broadphase::find_pairs(), and one box for each body in its pairs
     template <class BoxOf>
     std::span<const BodyPair> find_pairs(Broadphase& bounds, std::size_t body_count,
                                          BoxOf&& box_of) {
@@ -114,7 +115,7 @@ private:
     std::vector<BodyPair> pairs_;
 };
 
-/// Makes a broadphase without bodies. That of `two_scene` is that of `sap`: it is the caller who gives it cubes.
+/// Makes a broadphase without bodies. `two_scene` sorts like `sap`; its caller gives it cubes and keeps a LazyBoxes.
 /// @param margin added to each side of each box, metres, finite, >= 0
 std::unique_ptr<Broadphase> make_broadphase(BroadphaseKind kind, double margin);
 
