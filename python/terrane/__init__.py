@@ -26,7 +26,7 @@ __all__ = sorted(_answers.__all__ + [name for name in dir(_terrane) if not name.
 
 _OPTIONAL = {"open_store": "store", "bake": "store", "open_dem": "dem", "Renderer": "render"}
 _ONLY_IN_CPP = {"read_track": "playback", "Track": "playback", "CameraPath": "playback", "Scene": "scene",
-                "SceneGraph": "scene", "VolumeEditor": "volume"}
+                "ChunkNodes": "scene", "VolumeEditor": "volume"}
 
 
 def __getattr__(name):

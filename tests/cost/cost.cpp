@@ -138,10 +138,10 @@ Result<std::unique_ptr<CostObjects>> plant_trees(const HeightSource& source) {
     Random random(7);
     std::vector<PlacedObject> trees = spread_objects(random, 20'000, 2000.0);
     for (PlacedObject& tree : trees) {
-        WorldPos& place = tree.position_world;
+        WorldPos& place = tree.position;
         place.z() = source.height(place.x(), place.y());
     }
-    TERRANE_TRY(scene->add_group(model, trees));
+    TERRANE_TRY(add_instances(*scene, model, trees));
     auto objects = std::make_unique<CostObjects>();
     objects->demands = [scene](const View& view) { return scene->begin_frame(view); };
     objects->draw = [scene](double threshold_px) {

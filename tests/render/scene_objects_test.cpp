@@ -255,10 +255,10 @@ TEST_F(Picking, RaysThroughPixelsMeetTheObjectsThatTheyShow) {
     const WorldPos middle(-4000.0, 7000.0, 500.0);
     std::vector<PlacedObject> objects(40);
     for (PlacedObject& object : objects) {
-        object.position_world = middle + random.between(0.0, 9.0) * random.direction();
+        object.position = middle + random.between(0.0, 9.0) * random.direction();
         object.scale = static_cast<float>(random.between(0.5, 1.5));
     }
-    ASSERT_TRUE(scene.add_group(rock, objects));
+    ASSERT_TRUE(scene.add(scene.root(), {}, InstancesNode{rock, objects}));
     for (const double fov : {0.3, 1.0, 2.2}) {
         const View view =
             view_from(middle + WorldPos(14.0, -11.0, 5.0), middle + WorldPos(0, 0, 1), fov);

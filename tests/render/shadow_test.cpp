@@ -6,7 +6,6 @@
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/scene.h>
-#include <terrane/scene/scene_graph.h>
 
 #include <gtest/gtest.h>
 
@@ -422,8 +421,9 @@ protected:
         }
         model.absence_error_m = std::numeric_limits<double>::infinity();
         Scene scene = Scene::create({}).value();
-        const PlacedObject object{.position_world = kObject};
-        EXPECT_TRUE(scene.add_group(scene.add_model(model).value(), {&object, 1}));
+        const PlacedObject object{.position = kObject};
+        EXPECT_TRUE(
+            scene.add(scene.root(), {}, InstancesNode{scene.add_model(model).value(), {object}}));
         scene.begin_frame(view, 0.0, gives_casters ? renderer.shadows() : std::nullopt);
         Image image = test::draw(renderer, view, scene.end_frame(1.0), plane_.mesh());
         return {std::move(image), renderer.counts(), scene.counts().casters};
@@ -466,15 +466,19 @@ TEST_F(SceneCasterTest, AnObjectOutOfViewDarkensThePictureAsWhereAWiderViewSeesI
 TEST_F(SceneCasterTest, ANodeOutOfViewCastsItsShadowToo) {
     TerrainRenderer renderer = make(with_shadows(200.0));
     const TriangleMesh tree = test::make_tree(16);
-    const GeometryNode node{.mesh = renderer.add_mesh(tree).value(),
-                            .bounds = bounding_box(tree.positions)};
-    SceneGraph graph;
-    ASSERT_TRUE(graph.add(graph.root(), {.parent_from_node = {.translation = kObject}}, node));
+    ObjectModel model;
+    model.mesh = renderer.add_mesh(tree).value();
+    model.bounds = bounding_box(tree.positions);
+    model.levels = {{.triangles = static_cast<std::uint32_t>(tree.triangles.size())}};
+    model.absence_error_m = std::numeric_limits<double>::infinity();
+    Scene scene = Scene::create({}).value();
+    const ModelNode node{.model = scene.add_model(model).value()};
+    ASSERT_TRUE(scene.add(scene.root(), {.parent_from_node = {.translation = kObject}}, node));
     const View view = view_down(kObject.x() + 20.0, kWidth);
     Image images[2];
     for (const bool gives_casters : {false, true}) {
-        const SceneDraws draws =
-            graph.collect(view, 1.0, gives_casters ? renderer.shadows() : std::nullopt);
+        scene.begin_frame(view, 0.0, gives_casters ? renderer.shadows() : std::nullopt);
+        const SceneDraws draws = scene.end_frame(1.0);
         images[gives_casters ? 1 : 0] = test::draw(renderer, view, draws, plane_.mesh());
         EXPECT_EQ(renderer.counts().objects_drawn, 0u);
     }

@@ -47,7 +47,7 @@ TEST(ContinuousLevels, AreTheCoarsestWithinTheThreshold) {
         const ModelId id = scene.add_model(model).value();
         std::vector<PlacedObject> objects;
         for (int i = 0; i < 10; ++i) objects.push_back(random_object(random, 30.0));
-        ASSERT_TRUE(scene.add_group(id, objects));
+        ASSERT_TRUE(add_instances(scene, id, objects));
         for (int frame = 0; frame < 10; ++frame) {
             const View view = random_view(random, random.between(0.0, 60.0) * random.direction());
             const double threshold = std::exp2(random.between(-4.0, 6.0));
@@ -98,10 +98,10 @@ TEST(ContinuousLevels, DrawNoMoreTrianglesThanTheDemandsAboveTheThreshold) {
             std::vector<PlacedObject> objects;
             for (int i = random.below(60); i > 0; --i)
                 objects.push_back(random_object(random, 60.0));
-            ASSERT_TRUE(scene.add_group(id, objects));
+            ASSERT_TRUE(add_instances(scene, id, objects));
         }
         const ModelId tree = scene.add_model(tree_model()).value();
-        ASSERT_TRUE(scene.add_group(tree, spread_objects(random, 50, 100.0)));
+        ASSERT_TRUE(add_instances(scene, tree, spread_objects(random, 50, 100.0)));
         for (int frame = 0; frame < 30; ++frame) {
             const View view = random_view(random, random.between(0.0, 90.0) * random.direction());
             const std::span<const TriangleDemand> demands =
@@ -127,7 +127,7 @@ TEST(ContinuousLevels, OfASmallStepDifferInFewTriangles) {
     Scene scene = Scene::create({}).value();
     const ModelId id = scene.add_model(rock().model).value();
     const PlacedObject placed;
-    ASSERT_TRUE(scene.add_group(id, {&placed, 1}));
+    ASSERT_TRUE(add_instances(scene, id, {&placed, 1}));
     std::vector<Triangle> before;
     std::size_t drawn = 0, different = 0;
     constexpr double kStep = 0.999;
@@ -163,9 +163,9 @@ TEST(ContinuousLevels, BeginAndEndWithinTheErrorsOfTheLevels) {
     Scene scene = Scene::create({.fade_ratio = 1.0, .most_continuous = 1}).value();
     const ModelId id = scene.add_model(levels.model).value();
     std::vector<PlacedObject> objects(2);
-    objects[0].position_world = {-6.0, 0.0, 0.0};
-    objects[1].position_world = {6.0, 0.0, 0.0};
-    ASSERT_TRUE(scene.add_group(id, objects));
+    objects[0].position = {-6.0, 0.0, 0.0};
+    objects[1].position = {6.0, 0.0, 0.0};
+    ASSERT_TRUE(add_instances(scene, id, objects));
     std::vector<Triangle> before[2];
     bool was_continuous[2] = {false, false};
     int changes = 0;
@@ -228,7 +228,7 @@ Scene make_scene(std::size_t most, const ObjectModel& model, std::uint64_t seed,
     Random random(seed);
     std::vector<PlacedObject> objects;
     for (int i = 0; i < count; ++i) objects.push_back(random_object(random, 20.0));
-    EXPECT_TRUE(scene.add_group(id, objects));
+    EXPECT_TRUE(add_instances(scene, id, objects));
     return scene;
 }
 
@@ -264,7 +264,7 @@ TEST(ContinuousLimits, AnEyeInTheObjectSeesItsFinestNeededLevel) {
     scene.begin_frame(view);
     EXPECT_TRUE(scene.end_frame(1.0).streamed.empty()) << "no objects";
     const PlacedObject placed;
-    ASSERT_TRUE(scene.add_group(id, {&placed, 1}));
+    ASSERT_TRUE(add_instances(scene, id, {&placed, 1}));
     scene.begin_frame(view);
     const SceneDraws draws = scene.end_frame(1e-6);
     ASSERT_EQ(draws.streamed.size(), 1u);
@@ -317,10 +317,10 @@ TEST(ContinuousLimits, GroupsThatComeAndGoLeaveNoLevels) {
         const View view = random_view(random, 10.0 * random.direction());
         std::vector<PlacedObject> passing;
         for (int i = 0; i < 5; ++i) passing.push_back(random_object(random, 300.0));
-        const GroupId extra = scene.add_group(ModelId{0}, passing).value();
+        const NodeId extra = add_instances(scene, ModelId{0}, passing).value();
         scene.begin_frame(view);
         if (frame % 3 == 0) scene.end_frame(0.5);
-        scene.remove_group(extra);
+        scene.remove(extra);
         EXPECT_TRUE(scene.end_frame(0.5).streamed.empty()) << "the frame has ended";
     }
     // which are near is decided anew where all of the others are far away

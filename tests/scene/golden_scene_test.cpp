@@ -44,7 +44,7 @@ std::vector<PlacedObject> scattered(std::size_t count, std::uint64_t seed, doubl
     for (PlacedObject& object : objects) {
         const double x = random.between(-half_side, half_side);
         const double y = random.between(-half_side, half_side);
-        object.position_world = {x, y, random.between(-half_height, half_height)};
+        object.position = {x, y, random.between(-half_height, half_height)};
         object.scale = static_cast<float>(random.between(0.7, 1.4));
     }
     return objects;
@@ -71,7 +71,7 @@ TEST(GoldenScene, IsTheSameWithEveryCompilerAtEveryLevel) {
     tree.impostor = ImpostorId{4};
     Scene scene = Scene::create({}).value();
     const ModelId model = scene.add_model(tree).value();
-    ASSERT_TRUE(scene.add_group(model, scattered(4000, 8, 2000.0, 20.0)));
+    ASSERT_TRUE(test::add_instances(scene, model, scattered(4000, 8, 2000.0, 20.0)));
     test::Hash hash;
     std::size_t drawn = 0;
     for (int frame = 0; frame < 12; ++frame) {
@@ -85,7 +85,7 @@ TEST(GoldenScene, IsTheSameWithEveryCompilerAtEveryLevel) {
 TEST(GoldenScene, OfContinuousLevelsIsTheSameWithEveryCompilerAtEveryLevel) {
     Scene scene = Scene::create({.most_continuous = 6}).value();
     const ModelId rock = scene.add_model(test::make_rock_levels(3, 4).model).value();
-    ASSERT_TRUE(scene.add_group(rock, scattered(60, 9, 30.0, 5.0)));
+    ASSERT_TRUE(test::add_instances(scene, rock, scattered(60, 9, 30.0, 5.0)));
     test::Hash hash;
     std::size_t drawn = 0;
     for (int frame = 0; frame < 20; ++frame) {

@@ -220,10 +220,10 @@ protected:
         Random random(6);
         trees = spread_objects(random, 3000, 1000.0);
         for (PlacedObject& tree : trees) {
-            WorldPos& p = tree.position_world;
+            WorldPos& p = tree.position;
             p.z() = source->height(p.x(), p.y());
         }
-        EXPECT_TRUE(scene.add_group(model, trees).has_value());
+        EXPECT_TRUE(add_instances(scene, model, trees).has_value());
     }
 
     View low_view(double turn) const {

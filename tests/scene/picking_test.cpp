@@ -6,7 +6,7 @@
 #include <terrane/scene/culling.h>
 #include <terrane/scene/object_model.h>
 #include <terrane/scene/scene.h>
-#include <terrane/scene/scene_graph.h>
+#include <terrane/scene/scene_nodes.h>
 
 #include <gtest/gtest.h>
 
@@ -153,26 +153,26 @@ TEST(SceneRay, MeetsTheFirstOfAllObjects) {
     const ModelId rock = scene.add_model(model).value();
     const WorldPos far_away(3e5, -2e5, 100.0);
     constexpr std::size_t kObjects = 200;  // of each group
-    std::vector<GroupId> groups;
+    std::vector<NodeId> groups;
     std::vector<Placed> triangles;
     for (int i = 0; i < 4; ++i) {
         std::vector<PlacedObject> objects;
         for (std::size_t k = 0; k < kObjects; ++k) {
             PlacedObject& object = objects.emplace_back(random_object(random, 60.0));
-            object.position_world += far_away;
+            object.position += far_away;
             object.scale = static_cast<float>(random.between(0.3, 2.0));
             if (i == 1) continue;  // removed below
             const Eigen::Matrix3d rotation = rotation_of(object).toRotationMatrix();
             const auto place = [&](const Eigen::Vector3d& p) {
-                return WorldPos(object.position_world +
+                return WorldPos(object.position +
                                 static_cast<double>(object.scale) * (rotation * p));
             };
             add_triangles(mesh, groups.size() * kObjects + k, place, triangles);
         }
-        groups.push_back(scene.add_group(rock, objects).value());
-        ASSERT_TRUE(scene.add_group(unseen, objects));
+        groups.push_back(add_instances(scene, rock, objects).value());
+        ASSERT_TRUE(add_instances(scene, unseen, objects));
     }
-    scene.remove_group(groups[1]);
+    scene.remove(groups[1]);
     int hits = 0;
     for (int i = 0; i < 2000; ++i) {
         const WorldPos from = far_away + random.between(0.0, 90.0) * random.direction();
@@ -187,16 +187,17 @@ TEST(SceneRay, MeetsTheFirstOfAllObjects) {
         EXPECT_NEAR(hit->fraction * (to - from).norm(), nearest.fraction * (to - from).norm(),
                     1e-2);
         EXPECT_LT((hit->point_world - (from + nearest.fraction * (to - from))).norm(), 1e-2);
-        EXPECT_EQ(hit->group, groups[nearest.owner / kObjects]);
+        EXPECT_EQ(hit->node, groups[nearest.owner / kObjects]);
         EXPECT_EQ(hit->object, nearest.owner % kObjects);
     }
     EXPECT_GT(hits, 300);
 }
 
-GeometryNode geometry(const TriangleMesh& mesh) {
-    return {.bounds = bounding_box(mesh.positions),
-            .triangles = static_cast<std::uint32_t>(mesh.triangles.size()),
-            .rays = MeshRays::create(mesh).value()};
+// Adds a model of a mesh, for one node.
+ModelNode model_of(Scene& scene, const TriangleMesh& mesh, bool has_rays = true) {
+    ObjectModel model = plain_model(0, bounding_box(mesh.positions));
+    if (has_rays) model.rays = MeshRays::create(mesh).value();
+    return {.model = scene.add_model(model).value()};
 }
 
 NodePlace at(const Eigen::Vector3d& translation, double scale = 1.0) {
@@ -212,11 +213,11 @@ TriangleMesh plate() {
 }
 
 struct Tree {
-    SceneGraph graph;
+    Scene scene = Scene::create({}).value();
     std::vector<Placed> triangles;
 };
 
-// Groups, geometry and switches, up to 40 m from the world's origin, with scales from 1/4 to 4 a level.
+// Groups, models and switches, up to 40 m from the world's origin, with scales from 1/4 to 4 a level.
 Tree random_tree(Random& random, const WorldPos& middle) {
     struct Parent {
         NodeId id;
@@ -227,7 +228,7 @@ Tree random_tree(Random& random, const WorldPos& middle) {
     };
     Tree tree;
     std::vector<Parent> parents = {
-        {tree.graph.root(), Eigen::Affine3d::Identity(), true, false, 0}};
+        {tree.scene.root(), Eigen::Affine3d::Identity(), true, false, 0}};
     for (int i = 0; i < 40; ++i) {
         const auto chosen =
             static_cast<std::size_t>(random.below(static_cast<int>(parents.size())));
@@ -247,8 +248,8 @@ Tree random_tree(Random& random, const WorldPos& middle) {
         NodeContent content = GroupNode{};
         const TriangleMesh mesh = make_rock(1, random.bits());
         if (kind == 0) content = SwitchNode{.limits = {0.1}};
-        if (kind > 1) content = geometry(mesh);
-        const NodeId id = tree.graph.add(parents[chosen].id, place, content).value();
+        if (kind > 1) content = model_of(tree.scene, mesh);
+        const NodeId id = tree.scene.add(parents[chosen].id, place, content).value();
         parents.push_back({id, world_from_node, is_met, kind == 0, 0});
         if (kind < 2 || !is_met) continue;
         add_triangles(
@@ -259,7 +260,7 @@ Tree random_tree(Random& random, const WorldPos& middle) {
     return tree;
 }
 
-TEST(SceneGraphRay, AgreesWithAllTrianglesOneByOne) {
+TEST(NodeRay, AgreesWithAllTrianglesOneByOne) {
     int hits = 0, misses = 0;
     for (std::uint64_t seed = 0; seed < 30; ++seed) {
         SCOPED_TRACE(testing::Message() << "seed " << seed);
@@ -278,7 +279,7 @@ TEST(SceneGraphRay, AgreesWithAllTrianglesOneByOne) {
             }
             const Nearest nearest = find_nearest(tree.triangles, from, to);
             if (!nearest.is_clear) continue;
-            const std::optional<NodeHit> hit = tree.graph.ray(from, to);
+            const std::optional<SceneHit> hit = tree.scene.ray(from, to);
             ASSERT_EQ(hit.has_value(), nearest.fraction <= 1.0) << i;
             ++(hit ? hits : misses);
             if (!hit) continue;
@@ -293,93 +294,91 @@ TEST(SceneGraphRay, AgreesWithAllTrianglesOneByOne) {
     EXPECT_GT(misses, 1000);
 }
 
-TEST(SceneGraphRay, FollowsPlacesContentAndNodesThatGo) {
-    SceneGraph graph;
+TEST(NodeRay, FollowsPlacesContentAndNodesThatGo) {
+    Scene scene = Scene::create({}).value();
     const WorldPos from(-10, 0.3, 0.9), to(10, 0.3, 0.9);
-    EXPECT_FALSE(graph.ray(from, to));
-    const NodeId far = graph.add(graph.root(), at({4, 0, 0}), geometry(plate())).value();
-    const NodeId arm = graph.add(graph.root(), at({-2, 0, 0}), GroupNode{}).value();
-    const NodeId near = graph.add(arm, at({0, 0, 0}), geometry(plate())).value();
-    ASSERT_TRUE(graph.ray(from, to));
-    EXPECT_EQ(graph.ray(from, to)->node, near);
-    EXPECT_DOUBLE_EQ(graph.ray(from, to)->fraction, 0.4);
-    EXPECT_EQ(graph.ray(from, to)->normal, Eigen::Vector3d(-1, 0, 0));
-    EXPECT_EQ(graph.ray(to, from)->node, far);
-    ASSERT_TRUE(graph.set_place(arm, at({-2, 0, 5})));
-    EXPECT_EQ(graph.ray(from, to)->node, far);
+    EXPECT_FALSE(scene.ray(from, to));
+    const NodeId far = scene.add(scene.root(), at({4, 0, 0}), model_of(scene, plate())).value();
+    const NodeId arm = scene.add(scene.root(), at({-2, 0, 0}), GroupNode{}).value();
+    const NodeId near = scene.add(arm, at({0, 0, 0}), model_of(scene, plate())).value();
+    ASSERT_TRUE(scene.ray(from, to));
+    EXPECT_EQ(scene.ray(from, to)->node, near);
+    EXPECT_DOUBLE_EQ(scene.ray(from, to)->fraction, 0.4);
+    EXPECT_EQ(scene.ray(from, to)->normal, Eigen::Vector3d(-1, 0, 0));
+    EXPECT_EQ(scene.ray(to, from)->node, far);
+    ASSERT_TRUE(scene.set_place(arm, at({-2, 0, 5})));
+    EXPECT_EQ(scene.ray(from, to)->node, far);
     // the plate is a tenth as large, and the ray passes above it
-    ASSERT_TRUE(graph.set_place(arm, at({-2, 0, 0}, 0.1)));
-    EXPECT_EQ(graph.ray(from, to)->node, far);
-    ASSERT_TRUE(graph.set_place(arm, at({-2, 0, 0})));
-    ASSERT_TRUE(graph.set_content(near, GroupNode{}));
-    EXPECT_EQ(graph.ray(from, to)->node, far);
-    graph.remove(far);
-    EXPECT_FALSE(graph.ray(from, to));
+    ASSERT_TRUE(scene.set_place(arm, at({-2, 0, 0}, 0.1)));
+    EXPECT_EQ(scene.ray(from, to)->node, far);
+    ASSERT_TRUE(scene.set_place(arm, at({-2, 0, 0})));
+    ASSERT_TRUE(scene.set_content(near, GroupNode{}));
+    EXPECT_EQ(scene.ray(from, to)->node, far);
+    scene.remove(far);
+    EXPECT_FALSE(scene.ray(from, to));
 }
 
-TEST(SceneGraphRay, MeetsTheNodeThatWasAddedFirstOfTwoInOnePlace) {
-    SceneGraph graph;
-    const NodeId late_parent = graph.add(graph.root(), at({0, 0, 0}), GroupNode{}).value();
-    const NodeId first = graph.add(graph.root(), at({0, 0, 0}), geometry(plate())).value();
-    ASSERT_TRUE(graph.add(late_parent, at({0, 0, 0}), geometry(plate())));
-    const auto hit = graph.ray({-10, 0.3, 1}, {10, 0.3, 1});
+TEST(NodeRay, MeetsTheNodeThatWasAddedFirstOfTwoInOnePlace) {
+    Scene scene = Scene::create({}).value();
+    const NodeId late_parent = scene.add(scene.root(), at({0, 0, 0}), GroupNode{}).value();
+    const NodeId first = scene.add(scene.root(), at({0, 0, 0}), model_of(scene, plate())).value();
+    ASSERT_TRUE(scene.add(late_parent, at({0, 0, 0}), model_of(scene, plate())));
+    const auto hit = scene.ray({-10, 0.3, 1}, {10, 0.3, 1});
     ASSERT_TRUE(hit);
     EXPECT_EQ(hit->node, first);
 }
 
-TEST(SceneGraphRay, MeetsTheFinestLevelOfASwitchAlone) {
-    SceneGraph graph;
+TEST(NodeRay, MeetsTheFinestLevelOfASwitchAlone) {
+    Scene scene = Scene::create({}).value();
     const NodeId levels =
-        graph.add(graph.root(), at({0, 0, 0}), SwitchNode{.limits = {1.0, 2.0}}).value();
-    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {10, 0.3, 1}));
-    const NodeId finest = graph.add(levels, at({5, 0, 0}), geometry(plate())).value();
-    ASSERT_TRUE(graph.add(levels, at({-5, 0, 0}), geometry(plate())));
-    const auto hit = graph.ray({-10, 0.3, 1}, {10, 0.3, 1});
+        scene.add(scene.root(), at({0, 0, 0}), SwitchNode{.limits = {1.0, 2.0}}).value();
+    EXPECT_FALSE(scene.ray({-10, 0.3, 1}, {10, 0.3, 1}));
+    const NodeId finest = scene.add(levels, at({5, 0, 0}), model_of(scene, plate())).value();
+    ASSERT_TRUE(scene.add(levels, at({-5, 0, 0}), model_of(scene, plate())));
+    const auto hit = scene.ray({-10, 0.3, 1}, {10, 0.3, 1});
     ASSERT_TRUE(hit);
     EXPECT_EQ(hit->node, finest);
 }
 
-TEST(SceneGraphRay, MeetsBillboardsAsTheyFaceTheLastFrame) {
-    SceneGraph graph;
+TEST(NodeRay, MeetsBillboardsAsTheyFaceTheLastFrame) {
+    Scene scene = Scene::create({}).value();
     const NodeId tree =
-        graph.add(graph.root(), at({0, 0, 0}), BillboardNode{.axis = BillboardNode::Axis::up})
+        scene.add(scene.root(), at({0, 0, 0}), BillboardNode{.axis = BillboardNode::Axis::up})
             .value();
-    ASSERT_TRUE(graph.add(tree, at({0, 0, 0}), geometry(plate())));
+    ASSERT_TRUE(scene.add(tree, at({0, 0, 0}), model_of(scene, plate())));
     const WorldPos west(-10, 0.3, 1), east(10, 0.3, 1), south(0.3, -10, 1), north(0.3, 10, 1);
-    EXPECT_FALSE(graph.ray(west, east)) << "no frame yet";
+    EXPECT_FALSE(scene.ray(west, east)) << "no frame yet";
     View view;
     view.eye_world = south;
     view.eye_world.x() = 0.0;
-    graph.collect(view, 1.0);
-    EXPECT_TRUE(graph.ray(south, north));
-    EXPECT_FALSE(graph.ray(west, east)) << "seen edge on";
+    scene.begin_frame(view);
+    EXPECT_TRUE(scene.ray(south, north));
+    EXPECT_FALSE(scene.ray(west, east)) << "seen edge on";
     view.eye_world = {-10, 0, 1};
     view.forward = {1, 0, 0};
-    graph.collect(view, 1.0);
-    EXPECT_FALSE(graph.ray(south, north));
-    EXPECT_TRUE(graph.ray(west, east));
+    scene.begin_frame(view);
+    EXPECT_FALSE(scene.ray(south, north));
+    EXPECT_TRUE(scene.ray(west, east));
     view.vertical_fov = -1.0;
-    graph.collect(view, 1.0);
-    EXPECT_TRUE(graph.ray(west, east)) << "an invalid view changes nothing";
+    scene.begin_frame(view);
+    EXPECT_TRUE(scene.ray(west, east)) << "an invalid view changes nothing";
 }
 
-TEST(SceneGraphRay, MeetsNeitherParticlesNorGeometryWithoutRays) {
-    SceneGraph graph;
-    GeometryNode plain = geometry(plate());
-    plain.rays.reset();
-    ASSERT_TRUE(graph.add(graph.root(), at({0, 0, 0}), plain));
-    ASSERT_TRUE(graph.add(graph.root(), at({0, 0, 0}), ParticlesNode{.discs = {{}}}));
-    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {10, 0.3, 1}));
+TEST(NodeRay, MeetsNeitherParticlesNorModelsWithoutRays) {
+    Scene scene = Scene::create({}).value();
+    ASSERT_TRUE(scene.add(scene.root(), at({0, 0, 0}), model_of(scene, plate(), false)));
+    ASSERT_TRUE(scene.add(scene.root(), at({0, 0, 0}), ParticlesNode{.discs = {{}}}));
+    EXPECT_FALSE(scene.ray({-10, 0.3, 1}, {10, 0.3, 1}));
 }
 
-TEST(SceneGraphRay, HasNoAnswerToSegmentsThatAreNone) {
-    SceneGraph graph;
-    ASSERT_TRUE(graph.add(graph.root(), at({0, 0, 0}), geometry(plate())));
+TEST(NodeRay, HasNoAnswerToSegmentsThatAreNone) {
+    Scene scene = Scene::create({}).value();
+    ASSERT_TRUE(scene.add(scene.root(), at({0, 0, 0}), model_of(scene, plate())));
     const double nan = std::nan("");
-    EXPECT_FALSE(graph.ray({nan, 0.3, 1}, {10, 0.3, 1}));
-    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {kNever, 0.3, 1}));
-    EXPECT_FALSE(graph.ray({-10, 0.3, 1}, {-10, 0.3, 1}));
-    const auto far = graph.ray({-1e7, 0.3, 1}, {1e7, 0.3, 1});
+    EXPECT_FALSE(scene.ray({nan, 0.3, 1}, {10, 0.3, 1}));
+    EXPECT_FALSE(scene.ray({-10, 0.3, 1}, {kNever, 0.3, 1}));
+    EXPECT_FALSE(scene.ray({-10, 0.3, 1}, {-10, 0.3, 1}));
+    const auto far = scene.ray({-1e7, 0.3, 1}, {1e7, 0.3, 1});
     ASSERT_TRUE(far);
     EXPECT_NEAR(far->fraction, 0.5, 1e-12);
 }

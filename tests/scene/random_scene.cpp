@@ -34,9 +34,22 @@ ObjectModel random_model(Random& random, std::uint32_t index) {
     return model;
 }
 
+ObjectModel plain_model(std::uint32_t mesh, const Aabb& bounds) {
+    ObjectModel model;
+    model.mesh = MeshId{mesh};
+    model.bounds = bounds;
+    model.levels = {{.error_m = 0.0, .triangles = 12}};
+    model.absence_error_m = std::numeric_limits<double>::infinity();
+    return model;
+}
+
+Result<NodeId> add_instances(Scene& scene, ModelId model, std::span<const PlacedObject> objects) {
+    return scene.add(scene.root(), {}, InstancesNode{model, {objects.begin(), objects.end()}});
+}
+
 PlacedObject random_object(Random& random, double spread) {
     PlacedObject object;
-    object.position_world = random.between(0.0, spread) * random.direction();
+    object.position = random.between(0.0, spread) * random.direction();
     object.scale = static_cast<float>(std::exp2(random.between(-3.0, 3.0)));
     const Eigen::Vector3d axis = random.direction();
     const double half = random.between(-1.0, 1.0);
@@ -74,7 +87,7 @@ std::vector<PlacedObject> spread_objects(Random& random, int count, double half_
         PlacedObject object;
         const double x = random.between(-half_side, half_side);
         const double y = random.between(-half_side, half_side);
-        object.position_world = {x, y, 20.0 * std::sin(x / 100.0) * std::cos(y / 130.0)};
+        object.position = {x, y, 20.0 * std::sin(x / 100.0) * std::cos(y / 130.0)};
         object.scale = static_cast<float>(random.between(0.7, 1.4));
         const double half_yaw = random.between(0.0, 3.14159);
         object.rotation = {0.0f, 0.0f, static_cast<float>(std::sin(half_yaw)),

@@ -5,12 +5,19 @@
 
 #include <terrane/scene/scene.h>
 
+#include <span>
 #include <vector>
 
 namespace terrane::test {
 
 /// A model with one to six levels, some with an impostor last, some always drawn.
 ObjectModel random_model(Random& random, std::uint32_t index);
+
+/// A model of one level that is always drawn.
+ObjectModel plain_model(std::uint32_t mesh, const Aabb& bounds);
+
+/// Adds instances below the root.
+Result<NodeId> add_instances(Scene& scene, ModelId model, std::span<const PlacedObject> objects);
 
 PlacedObject random_object(Random& random, double spread);
 

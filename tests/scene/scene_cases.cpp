@@ -235,7 +235,7 @@ RockLevels make_rock_levels(int depth, std::uint64_t seed, bool has_impostor, bo
 double factor_of(const View& view, const ObjectModel& model, const PlacedObject& object) {
     const Eigen::Vector3d middle = 0.5 * (model.bounds.low + model.bounds.high);
     const auto scale = static_cast<double>(object.scale);
-    const WorldPos centre = object.position_world + rotation_of(object) * (scale * middle);
+    const WorldPos centre = object.position + rotation_of(object) * (scale * middle);
     const double radius = 0.5 * scale * (model.bounds.high - model.bounds.low).norm();
     const double distance = (centre - view.eye_world).norm() - radius;
     return scale * view.pixels_per_radian() / std::max(distance, view.near_distance);
@@ -248,7 +248,7 @@ std::size_t object_of(const ObjectInstance& instance, const View& view,
     std::size_t nearest = objects.size();
     double least = 0.01;
     for (std::size_t i = 0; i < objects.size(); ++i) {
-        const double apart = (objects[i].position_world - at).norm();
+        const double apart = (objects[i].position - at).norm();
         if (!(apart < least)) continue;
         least = apart;
         nearest = i;

@@ -55,7 +55,7 @@ TEST(SceneCasters, EveryObjectWhoseShadowCanFallIntoTheViewIsDrawnOrACaster) {
         for (int group = 0; group < 3; ++group) {
             std::vector<PlacedObject> of_group;
             for (int i = 0; i < 500; ++i) of_group.push_back(random_object(random, 600.0));
-            ASSERT_TRUE(scene.add_group(id, of_group));
+            ASSERT_TRUE(add_instances(scene, id, of_group));
             objects.insert(objects.end(), of_group.begin(), of_group.end());
         }
         for (int frame = 0; frame < 20; ++frame) {
@@ -77,7 +77,7 @@ TEST(SceneCasters, EveryObjectWhoseShadowCanFallIntoTheViewIsDrawnOrACaster) {
                     const Eigen::Vector3d share(random.between(0.0, 1.0), random.between(0.0, 1.0),
                                                 random.between(0.0, 1.0));
                     const WorldPos p =
-                        object.position_world +
+                        object.position +
                         rotation_of(object) * (static_cast<double>(object.scale) *
                                                (model.bounds.low + size.cwiseProduct(share)));
                     const double length = random.below(4) == 0 ? 0.0 : random.between(0.0, 1500.0);
@@ -106,7 +106,7 @@ TEST(SceneCasters, ShadowsChangeNothingOfWhatIsDrawnAndNoCount) {
             std::vector<PlacedObject> objects;
             for (int k = 0; k < 400; ++k) objects.push_back(random_object(random, 400.0));
             for (Scene* scene : {&with, &without})
-                ASSERT_TRUE(scene->add_group(scene->add_model(model).value(), objects));
+                ASSERT_TRUE(add_instances(*scene, scene->add_model(model).value(), objects));
         }
         for (int frame = 0; frame < 20; ++frame) {
             const View view = random_view(random, WorldPos::Zero());
@@ -140,7 +140,7 @@ TEST(SceneCasters, ACasterHasTheLevelsThatAViewOfItHas) {
         Random random(seed);
         Scene scene = Scene::create({}).value();
         const ModelId id = scene.add_model(tree_model()).value();
-        ASSERT_TRUE(scene.add_group(id, spread_objects(random, 2000, 500.0)));
+        ASSERT_TRUE(add_instances(scene, id, spread_objects(random, 2000, 500.0)));
         View view = random_view(random, WorldPos::Zero());
         view.vertical_fov = 0.7;
         const SunShadows shadows{.sun_direction = {0.8, 0.1, 0.6}, .distance = 500.0};
@@ -204,8 +204,8 @@ TEST(SceneCasters, AreNoneBeyondTheFarDistanceAndNoneForShadowsOutOfRange) {
     Scene scene = Scene::create({.far_distance = 100.0}).value();
     const ModelId id = scene.add_model(lasting_model()).value();
     const auto add = [&](const WorldPos& at) {
-        const PlacedObject object{.position_world = at};
-        ASSERT_TRUE(scene.add_group(id, {&object, 1}));
+        const PlacedObject object{.position = at};
+        ASSERT_TRUE(add_instances(scene, id, {&object, 1}));
     };
     // north; the sun is in the west
     View view;
@@ -228,13 +228,13 @@ TEST(SceneCasters, AreNoneBeyondTheFarDistanceAndNoneForShadowsOutOfRange) {
 TEST(SceneCasters, AreGoneWithTheirGroup) {
     Scene scene = Scene::create({}).value();
     const ModelId id = scene.add_model(lasting_model()).value();
-    const PlacedObject object{.position_world = {-200.0, 50.0, 100.0}};
-    const GroupId group = scene.add_group(id, {&object, 1}).value();
+    const PlacedObject object{.position = {-200.0, 50.0, 100.0}};
+    const NodeId group = add_instances(scene, id, {&object, 1}).value();
     const SunShadows shadows{.sun_direction = {-2.0, 0.0, 1.0}, .distance = 1000.0};
     scene.begin_frame(View{}, 0.0, shadows);
     EXPECT_EQ(scene.end_frame(1.0).instances.size(), 1u);
     scene.begin_frame(View{}, 0.0, shadows);
-    scene.remove_group(group);
+    scene.remove(group);
     EXPECT_TRUE(scene.end_frame(1.0).instances.empty());
     scene.begin_frame(View{}, 0.0, shadows);
     EXPECT_TRUE(scene.end_frame(1.0).instances.empty());

@@ -23,7 +23,7 @@ struct Made {
     std::vector<ObjectModel> models;
     std::vector<std::vector<PlacedObject>> groups;
     std::vector<std::uint32_t> model_of;  // [groups]
-    std::vector<GroupId> ids;             // [groups]
+    std::vector<NodeId> ids;              // [groups]
     double fade_ratio;
 };
 
@@ -42,7 +42,8 @@ Made make_random(Random& random) {
         made.model_of.push_back(static_cast<std::uint32_t>(random.below(models)));
         std::vector<PlacedObject> objects;
         for (int k = random.below(700); k > 0; --k) objects.push_back(random_object(random, 500.0));
-        made.ids.push_back(made.scene.add_group(ModelId{made.model_of.back()}, objects).value());
+        made.ids.push_back(
+            add_instances(made.scene, ModelId{made.model_of.back()}, objects).value());
         made.groups.push_back(std::move(objects));
     }
     return made;
@@ -118,7 +119,7 @@ TEST(Scene, DrawsTheCoarsestLevelsWithinTheThresholdOfEveryObjectInView) {
         Made made = make_random(random);
         // one group, so that objects are found by their position
         while (made.groups.size() > 1) {
-            made.scene.remove_group(made.ids.back());
+            made.scene.remove(made.ids.back());
             made.groups.pop_back();
             made.ids.pop_back();
         }
@@ -139,7 +140,7 @@ TEST(Scene, DrawsTheCoarsestLevelsWithinTheThresholdOfEveryObjectInView) {
                 };
                 const auto found = drawn.find(i);
                 const OrientedBox box =
-                    transform({rotation_of(object).toRotationMatrix(), object.position_world},
+                    transform({rotation_of(object).toRotationMatrix(), object.position},
                               static_cast<double>(object.scale), model.bounds);
                 if (found == drawn.end()) {
                     const bool is_needed =
@@ -183,7 +184,7 @@ TEST(Scene, ASlowApproachChangesCoverageByLittleAndNeverSwapsALevelAtOnce) {
     Scene scene = Scene::create({.fade_ratio = 1.3}).value();
     const ModelId model = scene.add_model(tree_model()).value();
     const PlacedObject tree;
-    ASSERT_TRUE(scene.add_group(model, {&tree, 1}).has_value());
+    ASSERT_TRUE(add_instances(scene, model, {&tree, 1}).has_value());
     std::map<std::uint32_t, float> before;  // pixels' share of each level
     int changes = 0;
     for (double distance = 20'000.0; distance > 10.0; distance *= 0.999) {
@@ -221,10 +222,10 @@ TEST(Scene, AFrameDoesNotDependOnGroupsAndFramesThatAreGone) {
         std::vector<PlacedObject> passing;
         for (int i = 0; i < 300; ++i) passing.push_back(random_object(random, 300.0));
         for (int frame = 0; frame < 10; ++frame) {
-            const GroupId extra = used.scene.add_group(ModelId{0}, passing).value();
+            const NodeId extra = add_instances(used.scene, ModelId{0}, passing).value();
             used.scene.begin_frame(random_view(random, WorldPos(0, 0, 0)));
             used.scene.end_frame(1.0);
-            used.scene.remove_group(extra);
+            used.scene.remove(extra);
             const View view = random_view(random, WorldPos(0, 0, 0));
             ASSERT_TRUE(are_equal(used.scene.begin_frame(view), fresh.scene.begin_frame(view)));
             const SceneDraws expected = fresh.scene.end_frame(2.0);
@@ -242,24 +243,24 @@ TEST(Scene, ManyGroupsThatComeAndGoLeaveWhatAFreshSceneHas) {
         Random random(seed);
         Scene used = Scene::create({}).value();
         const ModelId model = used.add_model(tree_model()).value();
-        std::map<GroupId, std::vector<PlacedObject>> alive;
+        std::map<NodeId, std::vector<PlacedObject>> alive;
         for (int step = 0; step < 1500; ++step) {
             if (random.below(3) > 0 || alive.empty()) {
                 std::vector<PlacedObject> objects;
                 for (int i = 1 + random.below(4); i > 0; --i)
                     objects.push_back(random_object(random, 400.0));
-                alive[used.add_group(model, objects).value()] = objects;
+                alive[add_instances(used, model, objects).value()] = objects;
             } else {
                 const auto gone =
                     std::next(alive.begin(), random.below(static_cast<int>(alive.size())));
-                used.remove_group(gone->first);
+                used.remove(gone->first);
                 alive.erase(gone);
             }
             if (step % 50 != 0) continue;
             Scene fresh = Scene::create({}).value();
             ASSERT_TRUE(fresh.add_model(tree_model()).has_value());
             for (const auto& [id, objects] : alive)
-                ASSERT_TRUE(fresh.add_group(model, objects).has_value());
+                ASSERT_TRUE(add_instances(fresh, model, objects).has_value());
             const View view = random_view(random, WorldPos(0, 0, 0));
             used.begin_frame(view);
             fresh.begin_frame(view);
@@ -307,16 +308,16 @@ TEST(Scene, ALeastThresholdLeavesOutWhatNoFrameDrawsAndNothingElse) {
 TEST(Scene, GroupsThatChangeWithinAFrameEndIt) {
     Scene scene = Scene::create({}).value();
     const ModelId model = scene.add_model(tree_model()).value();
-    const PlacedObject tree = {.position_world = {0, 30, 0}};
-    const GroupId first = scene.add_group(model, {&tree, 1}).value();
-    const GroupId second = scene.add_group(model, {&tree, 1}).value();
+    const PlacedObject tree = {.position = {0, 30, 0}};
+    const NodeId first = add_instances(scene, model, {&tree, 1}).value();
+    const NodeId second = add_instances(scene, model, {&tree, 1}).value();
     scene.begin_frame(View{});
-    scene.remove_group(first);
+    scene.remove(first);
     EXPECT_TRUE(scene.end_frame(1.0).instances.empty());
     scene.begin_frame(View{});
-    ASSERT_TRUE(scene.add_group(model, {&tree, 1}).has_value());
+    ASSERT_TRUE(add_instances(scene, model, {&tree, 1}).has_value());
     EXPECT_EQ(scene.end_frame(1.0).instances.size(), 1u) << "what came later is in the next frame";
-    scene.remove_group(second);
+    scene.remove(second);
     scene.begin_frame(View{});
     EXPECT_EQ(scene.end_frame(1.0).instances.size(), 1u);
 }
@@ -326,10 +327,10 @@ TEST(Scene, EmptyOnesAndInvalidViewsDrawNothing) {
     EXPECT_TRUE(scene.begin_frame(View{}).empty());
     EXPECT_TRUE(scene.end_frame(1.0).instances.empty());
     const ModelId model = scene.add_model(tree_model()).value();
-    EXPECT_TRUE(scene.add_group(model, {}).has_value());
+    EXPECT_TRUE(add_instances(scene, model, {}).has_value());
     EXPECT_TRUE(scene.begin_frame(View{}).empty());
-    const PlacedObject tree = {.position_world = {0, 30, 0}};
-    const GroupId group = scene.add_group(model, {&tree, 1}).value();
+    const PlacedObject tree = {.position = {0, 30, 0}};
+    const NodeId group = add_instances(scene, model, {&tree, 1}).value();
     EXPECT_FALSE(scene.begin_frame(View{}).empty());
     EXPECT_EQ(scene.end_frame(1.0).instances.size(), 1u);
     EXPECT_TRUE(scene.end_frame(kInfinite).instances.empty());
@@ -338,8 +339,8 @@ TEST(Scene, EmptyOnesAndInvalidViewsDrawNothing) {
     invalid.forward.setConstant(std::numeric_limits<double>::quiet_NaN());
     EXPECT_TRUE(scene.begin_frame(invalid).empty());
     EXPECT_TRUE(scene.end_frame(1.0).instances.empty());
-    scene.remove_group(group);
-    scene.remove_group(group);
+    scene.remove(group);
+    scene.remove(group);
     EXPECT_EQ(scene.object_count(), 0u);
     EXPECT_TRUE(scene.begin_frame(View{}).empty());
 }
@@ -365,19 +366,19 @@ TEST(Scene, RefusesModelsAndObjectsThatAreOutOfRangeWithTheirNumber) {
     model = tree_model();
     model.absence_error_m = std::numeric_limits<double>::quiet_NaN();
     EXPECT_NE(message(scene.add_model(model)), "");
-    EXPECT_EQ(message(scene.add_group(ModelId{0}, {})), "there is no model 0 of 0");
+    EXPECT_EQ(message(add_instances(scene, ModelId{0}, {})), "there is no model 0 of 0");
     const ModelId trees = scene.add_model(tree_model()).value();
     std::vector<PlacedObject> objects(3);
     objects[1].scale = 0.0f;
-    EXPECT_EQ(message(scene.add_group(trees, objects)),
+    EXPECT_EQ(message(add_instances(scene, trees, objects)),
               "scale must be 1e-6 to 1e6, got 0 of object 1");
     objects[1].scale = 1.0f;
-    objects[2].position_world.x() = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(message(scene.add_group(trees, objects)),
+    objects[2].position.x() = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(message(add_instances(scene, trees, objects)),
               "coordinates must be within 2e9 m, got nan of object 2");
-    objects[2].position_world.x() = 0.0;
+    objects[2].position.x() = 0.0;
     objects[0].rotation = {0.0f, 0.0f, 0.0f, 0.5f};
-    EXPECT_EQ(message(scene.add_group(trees, objects)),
+    EXPECT_EQ(message(add_instances(scene, trees, objects)),
               "the quaternion must have unit length, got 0.5 of object 0");
     EXPECT_EQ(scene.object_count(), 0u);
 }

@@ -321,8 +321,7 @@ TEST_P(SlowApproach, LevelsChangeAFewPixelsAFrame) {
     const SceneSettings settings;
     Scene scene = Scene::create(settings).value();
     const ModelId model = scene.add_model(levels.model).value();
-    const PlacedObject placed;
-    ASSERT_TRUE(scene.add_group(model, {&placed, 1}));
+    ASSERT_TRUE(scene.add(scene.root(), {}, ModelNode{.model = model}));
     const WorldPos middle = 0.5 * (levels.model.bounds.low + levels.model.bounds.high);
     const double radius = 0.5 * (levels.model.bounds.high - levels.model.bounds.low).norm();
     for (std::size_t level = 1; level < levels.model.levels.size(); ++level) {

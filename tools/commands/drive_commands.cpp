@@ -113,7 +113,7 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
     add_vehicle_options(*drive, *options);
     add_crates_option(*drive, options->crates);
     add_flight_options(*drive, *options,
-                       {"bodies", "surface", "volumes", "objects", "imagery", "water_m"});
+                       {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "water_m"});
     drive->footer(
         "Waits for ground before the first frame only: a vehicle whose ground is late is parked\n"
         "until it is there, and that is counted. The bodies of a --scene are in its way. A path\n"
@@ -180,7 +180,7 @@ void add_walk_command(CLI::App& app, CommandContext& context) {
                  "How long at most; 20 without it, or as long as the track");
     add_crates_option(*walk, options->crates);
     add_flight_options(*walk, *options,
-                       {"bodies", "surface", "volumes", "objects", "imagery", "water_m"});
+                       {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "water_m"});
     walk->footer(
         "The character pushes crates that it can move, climbs steps, and walks around what stops\n"
         "it. The bodies of a --scene are in its way too. A path that starts or leads where there\n"

@@ -401,7 +401,7 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "Drops bodies onto the ground around --start-m, among those of the scene, and "
         "counts what goes wrong");
     add_terrain_options(*drop, options->terrain,
-                        {"bodies", "surface", "volumes", "objects", "imagery", "water_m"});
+                        {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "water_m"});
     const std::vector<std::string> shapes{"sphere", "capsule", "box", "hull", "compound", "mixed"};
     drop->add_option_function<std::string>(
             "--shape",

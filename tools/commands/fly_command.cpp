@@ -173,7 +173,8 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
                  "Metres above the smoothed ground; 200 without it, or a track's own heights");
     add_positive(*fly, "--seconds", options->seconds, "How long; 20 without it, or all of a track");
     add_not_negative(*fly, "--start-s", options->start, "Seconds of a track to leave out");
-    add_flight_options(*fly, *options, {"bodies", "volumes", "objects", "imagery", "water_m"});
+    add_flight_options(*fly, *options,
+                       {"bodies", "volumes", "objects", "nodes", "imagery", "water_m"});
     add_paging_choice(*fly, options->policy, options->radius);
     add_in_range(*fly, "--latency-ms", options->latency_ms, 0.0, 1e6,
                  "Storage that takes so long to begin to answer, in real time: see --realtime");

@@ -39,16 +39,19 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
 }
 
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
-    if (terrain.objects == nullptr) return {};
+    if (terrain.objects == nullptr && terrain.nodes == nullptr) return {};
     TerrainRenderer* const renderer = pictures_ ? &pictures_->renderer() : nullptr;
-    TERRANE_TRY(
-        ObjectField field,
-        ObjectField::create(terrain.source, *terrain.objects,
-                            {.max_error_px = options_.max_error_px,
-                             .picture = make_view(options_.size, options_.fov_deg),
-                             .has_thread = options_.threads > 0,
-                             .shadows = renderer != nullptr ? renderer->shadows() : std::nullopt},
-                            renderer));
+    TERRANE_TRY(ObjectField field,
+                ObjectField::create(
+                    terrain.source, terrain.objects != nullptr ? *terrain.objects : SceneObjects(),
+                    {.max_error_px = options_.max_error_px,
+                     .picture = make_view(options_.size, options_.fov_deg),
+                     .has_thread = options_.threads > 0,
+                     .shadows = renderer != nullptr ? renderer->shadows() : std::nullopt},
+                    renderer));
+    if (terrain.nodes != nullptr) {
+        TERRANE_TRY(field.add_nodes(*terrain.nodes, *terrain.source, renderer));
+    }
     maker.set_objects(std::make_unique<ObjectField>(std::move(field)));
     return {};
 }

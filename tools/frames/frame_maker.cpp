@@ -154,6 +154,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
+    if (objects_) objects_->set_time(time);
     frame.mesh = triangulate(view);
     if (objects_) {
         frame.draws = objects_->end_frame(frame.mesh.demand_threshold_px);

@@ -10,11 +10,14 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
+#include <variant>
 
 namespace terrane::tools {
 namespace {
@@ -150,29 +153,17 @@ double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-std::array<float, 4> to_xyzw(const Quaternion& wxyz) {
-    return {static_cast<float>(wxyz[1]), static_cast<float>(wxyz[2]), static_cast<float>(wxyz[3]),
-            static_cast<float>(wxyz[0])};
-}
-
 /// The error of `result`, with a subject before its message.
 template <class T>
 tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
     return fail(result.error().code, what + ": " + result.error().message);
 }
 
-/// Uploads the meshes and impostors to the device.
-Result<void> upload(const SceneObjects& objects, std::vector<ObjectLevels>& levels,
-                    TerrainRenderer& renderer) {
-    for (std::size_t i = 0; i < levels.size(); ++i) {
-        const Result<MeshId> mesh = renderer.add_mesh(levels[i].mesh, levels[i].mesh_levels());
-        if (!mesh) return about(objects.files[i], mesh);
-        levels[i].model.mesh = *mesh;
-        if (!levels[i].model.impostor) continue;
-        const Result<ImpostorId> impostor = renderer.add_impostor(*mesh);
-        if (!impostor) return about(objects.files[i], impostor);
-        levels[i].model.impostor = *impostor;
-    }
+/// Uploads a mesh and its impostor to the device.
+Result<void> upload(ObjectLevels& levels, TerrainRenderer& renderer) {
+    TERRANE_TRY(levels.model.mesh, renderer.add_mesh(levels.mesh, levels.mesh_levels()));
+    if (!levels.model.impostor) return {};
+    TERRANE_TRY(levels.model.impostor, renderer.add_impostor(levels.model.mesh));
     return {};
 }
 
@@ -191,28 +182,14 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     const SceneSettings of_scene;
     TERRANE_TRY(Scene scene, Scene::create(of_scene));
     ObjectField field(std::move(scene), settings);
-    std::vector<ObjectLevels> levels;
-    for (std::size_t i = 0; i < objects.meshes.size(); ++i) {
-        Result<ObjectLevels> made = make_levels(objects.meshes[i]);
-        if (!made) return about(objects.files[i], made);
-        levels.push_back(*std::move(made));
-    }
-    if (renderer != nullptr) {
-        TERRANE_TRY(upload(objects, levels, *renderer));
-    }
     std::vector<ModelId> models;
-    for (std::size_t i = 0; i < levels.size(); ++i) {
-        const Result<ModelId> model = field.scene_.add_model(levels[i].model);
-        if (!model) return about(objects.files[i], model);
-        models.push_back(*model);
-    }
+    TERRANE_TRY(const std::vector<ObjectLevels> levels,
+                field.add_models(objects.meshes, objects.files, renderer, models));
     for (const SceneObject& object : objects.objects) {
-        const PlacedObject placed = {
-            .position_world = object.world_from_object.translation,
-            .scale = static_cast<float>(object.scale),
-            .rotation = to_xyzw(quaternion_from_matrix(object.world_from_object.rotation))};
-        const Result<GroupId> group = field.scene_.add_group(models[object.mesh], {&placed, 1});
-        if (!group) return about(objects.files[object.mesh], group);
+        const NodePlace place = {object.world_from_object, object.scale};
+        const Result<NodeId> node =
+            field.scene_.add(field.scene_.root(), place, ModelNode{.model = models[object.mesh]});
+        if (!node) return about(objects.files[object.mesh], node);
     }
     for (const SceneScatter& wanted : objects.scatters) {
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
@@ -240,6 +217,62 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     return field;
 }
 
+// Makes the levels of meshes, uploads them, and adds them to the scene.
+Result<std::vector<ObjectLevels>> ObjectField::add_models(std::span<const TriangleMesh> meshes,
+                                                          std::span<const std::string> files,
+                                                          TerrainRenderer* renderer,
+                                                          std::vector<ModelId>& models_out) {
+    std::vector<ObjectLevels> levels;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        Result<ObjectLevels> made = make_levels(meshes[i]);
+        if (!made) return about(files[i], made);
+        if (renderer != nullptr) {
+            if (const Result<void> uploaded = upload(*made, *renderer); !uploaded)
+                return about(files[i], uploaded);
+        }
+        const Result<ModelId> model = scene_.add_model(made->model);
+        if (!model) return about(files[i], model);
+        models_out.push_back(*model);
+        levels.push_back(*std::move(made));
+    }
+    return levels;
+}
+
+Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource& source,
+                                    TerrainRenderer* renderer) {
+    std::vector<ModelId> models;
+    TERRANE_TRY(add_models(nodes.meshes, nodes.files, renderer, models));
+    std::vector<NodeId> ids;
+    for (const SceneNode& node : nodes.nodes) {
+        NodePlace place = node.place;
+        if (node.is_on_ground) {
+            WorldPos& p = place.parent_from_node.translation;
+            const WorldRect& extent = source.extent();
+            const bool is_inside = p.x() >= extent.west && p.x() <= extent.east &&
+                                   p.y() >= extent.south && p.y() <= extent.north;
+            const double height = source.height(p.x(), p.y());
+            if (!is_inside || !std::isfinite(height)) {
+                return fail(ErrorCode::invalid_argument, node.path + ": there is no ground at x " +
+                                                             number_text(p.x()) + " m, y " +
+                                                             number_text(p.y()) + " m");
+            }
+            p.z() += height;
+        }
+        const auto content = [&](const auto& each) -> NodeContent {
+            if constexpr (std::is_same_v<std::decay_t<decltype(each)>, MeshOfNode>) {
+                return ModelNode{.model = models[each.mesh]};
+            } else {
+                return each;
+            }
+        };
+        const Result<NodeId> id = scene_.add(node.parent ? ids[*node.parent] : scene_.root(), place,
+                                             std::visit(content, node.content));
+        if (!id) return about(node.path, id);
+        ids.push_back(*id);
+    }
+    return {};
+}
+
 // Removes squares out of range, and finds the squares to be requested. Does so again only after the eye has moved by a
 // quarter of a square's side.
 void ObjectField::find_absent(ScatteredModel& scattered, const WorldPos& eye) {
@@ -250,7 +283,7 @@ void ObjectField::find_absent(ScatteredModel& scattered, const WorldPos& eye) {
     const double range = scattered.range + slack;
     for (auto each = scattered.squares.begin(); each != scattered.squares.end();) {
         const bool is_far = scatter.distance_to(each->first, eye) > kKeepRange * range;
-        if (is_far && each->second) scene_.remove_group(*each->second);
+        if (is_far && each->second) scene_.remove(*each->second);
         each = is_far ? scattered.squares.erase(each) : std::next(each);
     }
     scattered.absent.clear();
@@ -295,14 +328,16 @@ void ObjectField::add_made(std::size_t most) {
         if (place == scattered.squares.end() || place->second) continue;
         std::vector<PlacedObject> objects;
         for (const ScatterPoint& point : made.points.value_or(std::vector<ScatterPoint>())) {
-            objects.push_back({.position_world = point.position_world,
+            objects.push_back({.position = point.position_world,
                                .scale = static_cast<float>(point.scale),
                                .rotation = {0.0f, 0.0f, static_cast<float>(point.half_turn_sine),
                                             static_cast<float>(point.half_turn_cosine)}});
         }
-        const Result<GroupId> group = scene_.add_group(scattered.model, objects);
-        if (!made.points || !group) ++counts_.failed_squares;
-        if (group) place->second = *group;
+        const Result<NodeId> node =
+            scene_.add(scene_.root(), {},
+                       InstancesNode{.model = scattered.model, .objects = std::move(objects)});
+        if (!made.points || !node) ++counts_.failed_squares;
+        if (node) place->second = *node;
     }
 }
 

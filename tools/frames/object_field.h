@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "scene/scene_nodes.h"
 #include "scene/scene_objects.h"
 
 #include <terrane/render/terrain_renderer.h>
@@ -18,6 +19,7 @@
 #include <mutex>
 #include <optional>
 #include <span>
+#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -119,6 +121,19 @@ public:
                                       const ObjectFieldSettings& settings,
                                       TerrainRenderer* renderer);
 
+    /// Adds the nodes of a scene.
+    ///
+    /// @param source   ground of nodes on the ground
+    /// @param renderer as for create()
+    ///
+    /// Fails: as make_levels(), TerrainRenderer::add_mesh() and Scene::add(), naming the node; invalid_argument for a
+    ///        node on the ground where there is none
+    Result<void> add_nodes(const SceneNodes& nodes, const HeightSource& source,
+                           TerrainRenderer* renderer);
+
+    /// Sets the time of emitters: see Scene::set_time().
+    void set_time(double time_s) { scene_.set_time(time_s); }
+
     /// Blocks until all squares in range of a view are in the scene.
     void load_all(const View& view);
 
@@ -144,13 +159,17 @@ private:
         Scatter scatter;
         ModelId model;
         double range = 0.0;  // distance beyond which no object is drawn, metres
-        /// Squares that are requested or in the scene; those without a group are not computed yet, or have no objects.
-        std::map<ScatterSquare, std::optional<GroupId>> squares = {};
+        /// Squares that are requested or in the scene; those without a node are not computed yet.
+        std::map<ScatterSquare, std::optional<NodeId>> squares = {};
         std::vector<ScatterSquare> absent = {};      // to be requested, nearest last
         std::optional<WorldPos> followed_from = {};  // eye position at which `absent` was computed
     };
 
     ObjectField(Scene scene, const ObjectFieldSettings& settings);
+    Result<std::vector<ObjectLevels>> add_models(std::span<const TriangleMesh> meshes,
+                                                 std::span<const std::string> files,
+                                                 TerrainRenderer* renderer,
+                                                 std::vector<ModelId>& models_out);
     void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);

@@ -161,34 +161,51 @@ TriangleMesh with_normals(TriangleMesh mesh, double crease_deg) {
     return mesh;
 }
 
+}  // namespace
+
+Parsed<MeshName> read_mesh_name(const Json& object, const std::string& folder) {
+    const auto found = object.find("mesh");
+    if (found == object.end()) return wrong("mesh is missing");
+    if (!found->is_string() || found->get_ref<const std::string&>().empty()) {
+        return wrong("mesh must be a file, got " + shown(*found));
+    }
+    MeshName name;
+    name.name = found->get<std::string>();
+    name.file = (std::filesystem::path(folder) / name.name).string();
+    const Parsed<double> crease = read_in_range(object, "crease_deg", kUsualCrease, 0.0, 180.0);
+    if (!crease) return wrong(crease.error());
+    name.crease_deg = *crease;
+    return name;
+}
+
+Parsed<TriangleMesh> read_named_mesh(const MeshName& name) {
+    Result<TriangleMesh> mesh = read_mesh_with_attributes(name.file);
+    if (!mesh) return wrong("mesh: " + mesh.error().message);
+    if (const Result<void> good = mesh->validate(); !good) {
+        return wrong(fmt::format("mesh: '{}': {}", name.file, good.error().message));
+    }
+    return with_normals(*std::move(mesh), name.crease_deg);
+}
+
+namespace {
+
 struct ObjectReader {
     std::string folder;
     SceneObjects made;
-    std::vector<double> creases_deg = {};  // [made.meshes]
+    std::vector<MeshName> mesh_names = {};  // [made.meshes]
 
     /// Index of the mesh that an object names; reads its file if no earlier object names it with this crease angle.
     Parsed<std::size_t> read_mesh_of(const Json& object) {
-        const auto found = object.find("mesh");
-        if (found == object.end()) return wrong("mesh is missing");
-        if (!found->is_string() || found->get_ref<const std::string&>().empty()) {
-            return wrong("mesh must be a file, got " + shown(*found));
-        }
-        const std::string file =
-            (std::filesystem::path(folder) / found->get<std::string>()).string();
-        const Parsed<double> crease = read_in_range(object, "crease_deg", kUsualCrease, 0.0, 180.0);
-        if (!crease) return wrong(crease.error());
-        for (std::size_t i = 0; i < made.files.size(); ++i) {
-            if (made.files[i] == file && creases_deg[i] == *crease) return i;
-        }
-        Result<TriangleMesh> mesh = read_mesh_with_attributes(file);
-        if (!mesh) return wrong("mesh: " + mesh.error().message);
-        if (const Result<void> good = mesh->validate(); !good) {
-            return wrong(fmt::format("mesh: '{}': {}", file, good.error().message));
-        }
-        made.meshes.push_back(with_normals(*std::move(mesh), *crease));
-        creases_deg.push_back(*crease);
-        made.files.push_back(file);
-        made.names.push_back(found->get<std::string>());
+        const Parsed<MeshName> name = read_mesh_name(object, folder);
+        if (!name) return wrong(name.error());
+        const auto found = std::ranges::find(mesh_names, *name);
+        if (found != mesh_names.end()) return static_cast<std::size_t>(found - mesh_names.begin());
+        Parsed<TriangleMesh> mesh = read_named_mesh(*name);
+        if (!mesh) return wrong(mesh.error());
+        made.meshes.push_back(*std::move(mesh));
+        mesh_names.push_back(*name);
+        made.files.push_back(name->file);
+        made.names.push_back(name->name);
         return made.meshes.size() - 1;
     }
 

@@ -57,6 +57,19 @@ Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& im
 Result<std::shared_ptr<const SurfaceMap>> open_surface(const SceneSurface& surface,
                                                        const DemInfo* dem);
 
+/// A mesh file that an object or a node names.
+struct MeshName {
+    std::string file;         ///< path
+    std::string name;         ///< of the file in the scene
+    double crease_deg = 0.0;  ///< largest angle between triangles that are shaded as one surface
+    bool operator==(const MeshName&) const = default;
+};
+
+/// Reads `mesh` and `crease_deg` of an object or node. @param folder base of relative paths
+Parsed<MeshName> read_mesh_name(const nlohmann::ordered_json& object, const std::string& folder);
+/// Reads the file. The mesh has the file's normals, or those of with_crease_normals().
+Parsed<TriangleMesh> read_named_mesh(const MeshName& name);
+
 /// An individually placed mesh.
 struct SceneObject {
     std::size_t mesh = 0;  ///< index of SceneObjects::meshes

@@ -157,14 +157,14 @@ constexpr const char* kGdalCache_mb = "256";
 
 using Json = nlohmann::ordered_json;
 
-const std::array<std::string, 16> kSceneKeys{"dem",     "seed",     "fractal",     "detail_m",
-                                             "bodies",  "surface",  "volumes",     "objects",
-                                             "water_m", "imagery",  "height_unit", "height_scale",
-                                             "nodata",  "encoding", "cell_m",      "project"};
+const std::array<std::string, 17> kSceneKeys{
+    "dem",          "seed",    "fractal",  "detail_m", "bodies",  "surface",
+    "volumes",      "objects", "nodes",    "water_m",  "imagery", "height_unit",
+    "height_scale", "nodata",  "encoding", "cell_m",   "project"};
 
 /// Keys that not every command uses.
-constexpr std::array<std::string_view, 6> kPartKeys{"bodies",  "surface", "volumes",
-                                                    "objects", "imagery", "water_m"};
+constexpr std::array<std::string_view, 7> kPartKeys{"bodies", "surface", "volumes", "objects",
+                                                    "nodes",  "imagery", "water_m"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -310,6 +310,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
 CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene, Terrain terrain) {
     terrain.bodies = std::move(scene.bodies);
     terrain.objects = std::move(scene.objects);
+    terrain.nodes = std::move(scene.nodes);
     terrain.water_m = scene.water_m;
     if (scene.imagery) {
         TERRANE_TRY(auto imagery,
@@ -383,7 +384,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
         "The same choices in a JSON file, with the keys dem, seed, fractal, "
         "detail_m, height_unit, height_scale, nodata, encoding, cell_m and project; and bodies, "
         "which drop, drive and walk play, and fly shows, surface, the friction by place, "
-        "volumes: caves, tunnels, digs, objects, which fly, drive and walk "
+        "volumes: caves, tunnels, digs, objects and nodes, which fly, drive and walk "
         "show, and for pictures water_m, the level of water, and imagery, a raster of "
         "colours. A note names those that the command does not use");
     scene_option->type_name("FILE.json")->group("Terrain");
@@ -536,6 +537,11 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             if (!objects) return failure(fmt::format("scene '{}': {}", path, objects.error()));
             if (!objects->meshes.empty())
                 options.objects = std::make_shared<const SceneObjects>(*std::move(objects));
+        } else if (key == "nodes") {
+            Parsed<SceneNodes> nodes = read_nodes(value, folder.string());
+            if (!nodes) return failure(fmt::format("scene '{}': {}", path, nodes.error()));
+            if (!nodes->nodes.empty())
+                options.nodes = std::make_shared<const SceneNodes>(*std::move(nodes));
         } else if (const Parsed<bool> is_raster_key = read_raster_key(key, value, options.raster);
                    !is_raster_key) {
             return wrong(is_raster_key.error().c_str());

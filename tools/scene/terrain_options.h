@@ -4,6 +4,7 @@
 #include "program/command.h"
 #include "scene/raster_options.h"
 #include "scene/scene_bodies.h"
+#include "scene/scene_nodes.h"
 #include "scene/scene_objects.h"
 #include "scene/scene_volumes.h"
 
@@ -75,6 +76,7 @@ struct TerrainOptions {
     std::optional<SceneSurface> surface = std::nullopt;    ///< of a scene
     std::shared_ptr<const SceneVolumes> volumes = {};      ///< of a scene; null: none
     std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
+    std::shared_ptr<const SceneNodes> nodes = {};          ///< of a scene; null: none
     std::optional<double> water_m = std::nullopt;          ///< of a scene
     std::optional<SceneImagery> imagery = std::nullopt;    ///< of a scene
     std::optional<double> world_m = std::nullopt;          ///< side of a fractal's world, metres
@@ -89,8 +91,8 @@ struct TerrainOptions {
 /// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --start-lonlat, --dem-memory-mb, --cache
 /// and the flags of RasterOptions. `options` must outlive the app's parse().
 ///
-/// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, imagery and
-///                    water_m: open_terrain() notes the others that a scene has
+/// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, nodes, imagery
+///                    and water_m: open_terrain() notes the others that a scene has
 void add_terrain_options(CLI::App& app, TerrainOptions& options,
                          std::initializer_list<const char*> scene_parts);
 
@@ -104,6 +106,7 @@ struct Terrain {
     std::shared_ptr<const SurfaceMap> surface = {};        ///< of a scene; null: none
     std::shared_ptr<const SceneVolumeField> volumes = {};  ///< of a scene; null: none
     std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
+    std::shared_ptr<const SceneNodes> nodes = {};          ///< of a scene; null: none
     std::optional<double> water_m = std::nullopt;          ///< level of water, of a scene
     std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
@@ -134,7 +137,7 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
 /// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
-/// `imagery` (read_imagery()), `water_m` and the keys of RasterOptions as optional keys; refuses other keys. Paths of
+/// `nodes` (read_nodes()), `imagery` (read_imagery()), `water_m` and the keys of RasterOptions as optional keys; refuses other keys. Paths of
 /// files are relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <terrane/base/text.h>
-#include <terrane/scene/scene_graph.h>
+#include <terrane/scene/chunk_nodes.h>
 
 #include <algorithm>
 #include <cstdint>
@@ -58,7 +58,7 @@ Result<ChunkNodes> ChunkNodes::create(const ChunkNodesSettings& settings, NodeId
     return ChunkNodes(settings, parent, std::move(make));
 }
 
-void ChunkNodes::remove_gone(const ResidentSet& resident, SceneGraph& graph) {
+void ChunkNodes::remove_gone(const ResidentSet& resident, Scene& scene) {
     for (auto each = places_.begin(); each != places_.end();) {
         const Place& place = each->second;
         if (resident.find_chunk(each->first) == place.chunk.get()) {
@@ -66,7 +66,7 @@ void ChunkNodes::remove_gone(const ResidentSet& resident, SceneGraph& graph) {
             continue;
         }
         if (place.node) {
-            graph.remove(*place.node);
+            scene.remove(*place.node);
             ++counts_.removed;
         } else {
             --counts_.failed;
@@ -76,23 +76,23 @@ void ChunkNodes::remove_gone(const ResidentSet& resident, SceneGraph& graph) {
 }
 
 Result<NodeId> ChunkNodes::make_node(const Chunk& chunk, const Lattice& lattice,
-                                     SceneGraph& graph) const {
+                                     Scene& scene) const {
     const LatticePoint corner = lattice.corner(chunk.key);
     NodePlace place;
     place.parent_from_node.translation = {lattice.x(corner.x), lattice.y(corner.y), 0.0};
-    TERRANE_TRY(NodeId node, graph.add(parent_, place, GroupNode{}));
-    if (const Result<void> made = make_(chunk, graph, node); !made) {
-        graph.remove(node);
+    TERRANE_TRY(NodeId node, scene.add(parent_, place, GroupNode{}));
+    if (const Result<void> made = make_(chunk, scene, node); !made) {
+        scene.remove(node);
         return tl::unexpected(made.error());
     }
     return node;
 }
 
 Result<void> ChunkNodes::update(const ResidentSet& resident, const WorldPos& eye_world,
-                                SceneGraph& graph) {
+                                Scene& scene) {
     counts_.made = counts_.removed = 0;
     if (epoch_ == resident.epoch() && counts_.waiting == 0) return {};
-    if (epoch_ != resident.epoch()) remove_gone(resident, graph);
+    if (epoch_ != resident.epoch()) remove_gone(resident, scene);
     epoch_ = resident.epoch();
 
     std::vector<WaitingChunk> waiting;
@@ -111,7 +111,7 @@ Result<void> ChunkNodes::update(const ResidentSet& resident, const WorldPos& eye
     Result<void> first_failure = {};
     for (const WaitingChunk& each : std::span(waiting).first(count)) {
         const ResidentChunk& chunk = *each.chunk;
-        const Result<NodeId> node = make_node(*chunk, resident.lattice(), graph);
+        const Result<NodeId> node = make_node(*chunk, resident.lattice(), scene);
         Place& place = places_[chunk->key];
         place.chunk = chunk;
         if (node) {
@@ -125,9 +125,9 @@ Result<void> ChunkNodes::update(const ResidentSet& resident, const WorldPos& eye
     return first_failure;
 }
 
-void ChunkNodes::clear(SceneGraph& graph) {
+void ChunkNodes::clear(Scene& scene) {
     for (const auto& [key, place] : places_) {
-        if (place.node) graph.remove(*place.node);
+        if (place.node) scene.remove(*place.node);
     }
     places_.clear();
     epoch_.reset();

@@ -4,6 +4,8 @@
 #include "base/aabb_tree.h"
 #include "base/settings_check.h"
 #include "base/vector_math.h"
+#include "graph/emitters.h"
+#include "objects/object_clusters.h"
 
 #include <terrane/base/text.h>
 #include <terrane/scene/culling.h>
@@ -22,15 +24,6 @@ void unite(const Aabb& box, std::optional<Aabb>& bounds) {
     }
     bounds->low = bounds->low.cwiseMin(box.low);
     bounds->high = bounds->high.cwiseMax(box.high);
-}
-
-std::optional<Aabb> content_bounds(const NodeContent& content) {
-    if (const auto* geometry = std::get_if<GeometryNode>(&content)) return geometry->bounds;
-    const auto* particles = std::get_if<ParticlesNode>(&content);
-    if (particles == nullptr || particles->discs.empty()) return {};
-    Aabb box = empty_box();
-    for (const ParticlesNode::Disc& disc : particles->discs) include(disc.centre, disc.radius, box);
-    return box;
 }
 
 // Bounds of a box that is turned by any angle about the origin (screen) or about the z axis.
@@ -57,7 +50,8 @@ GraphNode* NodeStore::find(NodeId node) {
     return found == nodes_.end() ? nullptr : &found->second;
 }
 
-NodeId NodeStore::add(NodeId parent, const NodePlace& place, NodeContent content) {
+NodeId NodeStore::add(NodeId parent, const NodePlace& place, NodeContent content,
+                      const std::optional<Aabb>& own_bounds) {
     const NodeId id{++last_};
     GraphNode& above = nodes_.at(parent);
     above.children.push_back(id);
@@ -67,22 +61,42 @@ NodeId NodeStore::add(NodeId parent, const NodePlace& place, NodeContent content
     node.depth = depth;
     node.place = place;
     node.content = std::move(content);
+    node.own_bounds = own_bounds;
     invalidate(parent);
     return id;
+}
+
+void NodeStore::set_content(NodeId node, NodeContent content,
+                            const std::optional<Aabb>& own_bounds) {
+    GraphNode& changed = nodes_.at(node);
+    changed.content = std::move(content);
+    changed.own_bounds = own_bounds;
+    changed.level = 0;
+    invalidate(node);
+}
+
+void NodeStore::set_place(NodeId node, const NodePlace& place) {
+    GraphNode& changed = nodes_.at(node);
+    changed.place = place;
+    if (node != root()) invalidate(changed.parent);
 }
 
 void NodeStore::remove(NodeId node) {
     invalidate(node);
     std::erase(nodes_.at(nodes_.at(node).parent).children, node);
-    std::vector<NodeId> doomed = {node};
-    while (!doomed.empty()) {
-        const auto found = nodes_.find(doomed.back());
-        doomed.pop_back();
-        doomed.insert(doomed.end(), found->second.children.begin(), found->second.children.end());
-        nodes_.erase(found);
-    }
+    for (const NodeId each : subtree(node)) nodes_.erase(each);
 }
 
+std::vector<NodeId> NodeStore::subtree(NodeId node) const {
+    std::vector<NodeId> nodes = {node};
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        const std::vector<NodeId>& children = nodes_.at(nodes[i]).children;
+        nodes.insert(nodes.end(), children.begin(), children.end());
+    }
+    return nodes;
+}
+
+// Marks the bounds of the node and of its ancestors as out of date.
 void NodeStore::invalidate(NodeId node) {
     for (;;) {
         GraphNode& current = nodes_.at(node);
@@ -92,21 +106,37 @@ void NodeStore::invalidate(NodeId node) {
     }
 }
 
-const std::optional<Aabb>& NodeStore::bounds(NodeId node) {
+const SubtreeBounds& NodeStore::bounds(NodeId node) {
     GraphNode& current = nodes_.at(node);
     if (current.is_current) return current.bounds;
-    std::optional<Aabb> all = content_bounds(current.content);
+    const bool has_instances = std::holds_alternative<InstancesNode>(current.content);
+    SubtreeBounds bounds = {current.own_bounds, has_instances ? std::nullopt : current.own_bounds};
     for (const NodeId child : current.children) {
-        const std::optional<Aabb>& of_child = bounds(child);
-        if (!of_child) continue;
+        const SubtreeBounds& of_child = this->bounds(child);
         const NodePlace& place = nodes_.at(child).place;
-        unite(bounding_box(transform(place.parent_from_node, place.scale, *of_child)), all);
+        const auto include = [&](const std::optional<Aabb>& box, std::optional<Aabb>& united) {
+            if (box)
+                unite(bounding_box(transform(place.parent_from_node, place.scale, *box)), united);
+        };
+        include(of_child.all, bounds.all);
+        include(of_child.singles, bounds.singles);
     }
-    const auto* billboard = std::get_if<BillboardNode>(&current.content);
-    if (billboard != nullptr && all) all = turned_bounds(*all, billboard->axis);
-    current.bounds = all;
+    if (const auto* billboard = std::get_if<BillboardNode>(&current.content)) {
+        for (std::optional<Aabb>* box : {&bounds.all, &bounds.singles}) {
+            if (*box) *box = turned_bounds(**box, billboard->axis);
+        }
+    }
+    current.bounds = bounds;
     current.is_current = true;
     return current.bounds;
+}
+
+WorldPlace NodeStore::place_world(NodeId node) const {
+    std::vector<NodeId> above;
+    for (NodeId id = node; id != NodeId{}; id = nodes_.at(id).parent) above.push_back(id);
+    WorldPlace place;
+    for (auto id = above.rbegin(); id != above.rend(); ++id) place = place * nodes_.at(*id).place;
+    return place;
 }
 
 namespace {
@@ -118,11 +148,45 @@ Result<void> refuse(std::string message) {
     return fail(ErrorCode::invalid_argument, std::move(message));
 }
 
-Result<void> check_geometry(const GeometryNode& geometry) {
-    const Aabb& box = geometry.bounds;
-    if (is_finite(box.low) && is_finite(box.high) && (box.low.array() <= box.high.array()).all())
-        return {};
-    return refuse("bounds must be finite, low at most high");
+Result<void> check_model(ModelId model, std::span<const ObjectModel> models) {
+    const auto index = static_cast<std::uint32_t>(model);
+    if (index < models.size()) return {};
+    return refuse("there is no model " + number_text(index) + " of " + number_text(models.size()));
+}
+
+Result<void> check_tint(const std::array<float, 3>& tint, const std::string& of) {
+    for (const float value : tint) {
+        if (!std::isfinite(value)) return refuse("the tint" + of + " must be finite");
+    }
+    return {};
+}
+
+Result<void> check_object(const PlacedObject& object, std::size_t index) {
+    const std::string of = " of object " + number_text(index);
+    for (int axis = 0; axis < 3; ++axis) {
+        const double value = object.position[axis];
+        if (!(std::abs(value) <= kMostPlace))
+            return refuse("coordinates must be within 2e9 m, got " + number_text(value) + of);
+    }
+    if (!(object.scale >= 1e-6f && object.scale <= 1e6f)) {
+        return refuse("scale must be 1e-6 to 1e6, got " +
+                      number_text(static_cast<double>(object.scale)) + of);
+    }
+    double squared = 0.0;
+    for (const float q : object.rotation)
+        squared += static_cast<double>(q) * static_cast<double>(q);
+    if (!(std::abs(squared - 1.0) <= 2e-3))
+        return refuse("the quaternion must have unit length, got " +
+                      number_text(std::sqrt(squared)) + of);
+    return check_tint(object.tint, of);
+}
+
+Result<void> check_instances(const InstancesNode& node, std::span<const ObjectModel> models) {
+    TERRANE_TRY(check_model(node.model, models));
+    for (std::size_t i = 0; i < node.objects.size(); ++i) {
+        TERRANE_TRY(check_object(node.objects[i], i));
+    }
+    return {};
 }
 
 Result<void> check_switch(const SwitchNode& levels) {
@@ -168,13 +232,37 @@ Result<void> check_place(const NodePlace& place) {
     return {};
 }
 
-Result<void> check_content(const NodeContent& content) {
-    if (const auto* geometry = std::get_if<GeometryNode>(&content))
-        return check_geometry(*geometry);
+Result<void> check_content(const NodeContent& content, std::span<const ObjectModel> models) {
+    if (const auto* model = std::get_if<ModelNode>(&content)) {
+        TERRANE_TRY(check_model(model->model, models));
+        return check_tint(model->tint, "");
+    }
+    if (const auto* instances = std::get_if<InstancesNode>(&content))
+        return check_instances(*instances, models);
     if (const auto* levels = std::get_if<SwitchNode>(&content)) return check_switch(*levels);
     if (const auto* particles = std::get_if<ParticlesNode>(&content))
         return check_particles(*particles);
+    if (const auto* emitter = std::get_if<EmitterNode>(&content)) return check_emitter(*emitter);
     return {};
+}
+
+std::optional<Aabb> bounds_of(const NodeContent& content, std::span<const ObjectModel> models) {
+    if (const auto* node = std::get_if<ModelNode>(&content))
+        return models[static_cast<std::uint32_t>(node->model)].bounds;
+    if (const auto* instances = std::get_if<InstancesNode>(&content)) {
+        const Aabb& of_model = models[static_cast<std::uint32_t>(instances->model)].bounds;
+        std::optional<Aabb> all;
+        for (const PlacedObject& object : instances->objects) {
+            const Pose pose = {rotation_of(object.rotation), object.position};
+            unite(bounding_box(transform(pose, static_cast<double>(object.scale), of_model)), all);
+        }
+        return all;
+    }
+    const auto* particles = std::get_if<ParticlesNode>(&content);
+    if (particles == nullptr || particles->discs.empty()) return {};
+    Aabb box = empty_box();
+    for (const ParticlesNode::Disc& disc : particles->discs) include(disc.centre, disc.radius, box);
+    return box;
 }
 
 WorldPlace turned(const BillboardNode& billboard, const WorldPlace& place, const View& view) {

@@ -131,7 +131,7 @@ void FrameObjects::count_factors(std::span<FactorCounts> counts_out) const {
 
 namespace {
 
-// Removes the meshes from an object's chosen levels and returns their coverage, 0 if there are none.
+// Removes the meshes from an object's chosen levels and returns their coverage; 0 if there are none.
 float remove_meshes(const ObjectModel& model, ChosenLevels& levels) {
     const auto is_mesh = [&](std::uint32_t level) {
         return level != ChosenLevels::kNone && !model.levels[level].is_impostor;
@@ -172,10 +172,15 @@ void DrawList::choose(const FrameObjects& objects, std::span<const ObjectModel> 
     objects.visit(
         [&](const ObjectCluster& cluster, const Eigen::Vector3f&, std::size_t, float log2_factor) {
             ChosenLevels levels = choices[cluster.model].choose(log2_factor, log2_threshold);
+            if (cluster.coverage != 1.0f && levels.finer != ChosenLevels::kNone) {
+                // fades do not nest: one level with the coverage of the switch above
+                levels.coarser = ChosenLevels::kNone;
+                levels.share = cluster.coverage;
+            }
             object_count_ += levels.finer != ChosenLevels::kNone ? 1 : 0;
             if (next_near < near.size() && near[next_near].place == i) {
                 const float coverage = remove_meshes(models[cluster.model], levels);
-                if (coverage > 0.0f) {
+                if (coverage != 0.0f) {
                     near_.push_back({.object = next_near});
                     near_places_.push_back({i, coverage});
                 }

@@ -25,7 +25,7 @@ public:
     ClusterMaker(std::uint32_t model, const Aabb& bounds, std::span<const PlacedObject> objects)
         : model_(model), objects_(objects) {
         for (const PlacedObject& object : objects) {
-            const Pose pose = {rotation_of(object.rotation), object.position_world};
+            const Pose pose = {rotation_of(object.rotation), object.position};
             const OrientedBox box = transform(pose, static_cast<double>(object.scale), bounds);
             spheres_.push_back(bounding_sphere(box));
             boxes_.push_back(bounding_box(box));
@@ -56,7 +56,7 @@ private:
     ObjectCluster make_cluster(std::span<const std::uint32_t> items) const {
         ObjectCluster cluster;
         cluster.model = model_;
-        cluster.origin_world = objects_[items[0]].position_world;
+        cluster.origin_world = objects_[items[0]].position;
         for (const std::uint32_t item : items) {
             const PlacedObject& object = objects_[item];
             const Eigen::Vector3d centre = spheres_[item].centre - cluster.origin_world;
@@ -65,12 +65,12 @@ private:
             cluster.z.push_back(static_cast<float>(centre.z()));
             cluster.radius.push_back(radius_in_float(spheres_[item].radius, centre.norm()));
             cluster.most_radius = std::max(cluster.most_radius, cluster.radius.back());
-            cluster.group_index.push_back(item);
+            cluster.object_index.push_back(item);
             cluster.log_scale.push_back(log2_of(object.scale));
             cluster.most_log_scale =
                 cluster.size() == 1 ? cluster.log_scale.back()
                                     : std::max(cluster.most_log_scale, cluster.log_scale.back());
-            const Eigen::Vector3f offset = to_local(object.position_world, cluster.origin_world);
+            const Eigen::Vector3f offset = to_local(object.position, cluster.origin_world);
             cluster.instances.push_back({.offset_eye = {offset.x(), offset.y(), offset.z()},
                                          .scale = object.scale,
                                          .rotation = object.rotation,
@@ -99,6 +99,33 @@ Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion) {
     return rotation;
 }
 
+void set_single(std::uint32_t model, const Aabb& bounds, const Pose& world_from_object,
+                double scale, const std::array<float, 3>& tint, ObjectCluster& cluster_out) {
+    const OrientedBox box = transform(world_from_object, scale, bounds);
+    const BoundingSphere sphere = bounding_sphere(box);
+    const Eigen::Vector3d centre = sphere.centre - world_from_object.translation;
+    const Eigen::Quaterniond rotation(world_from_object.rotation);
+    ObjectCluster& cluster = cluster_out;
+    cluster.model = model;
+    cluster.origin_world = world_from_object.translation;
+    cluster.bounds_world = bounding_box(box);
+    cluster.x.assign(1, static_cast<float>(centre.x()));
+    cluster.y.assign(1, static_cast<float>(centre.y()));
+    cluster.z.assign(1, static_cast<float>(centre.z()));
+    cluster.radius.assign(1, radius_in_float(sphere.radius, centre.norm()));
+    cluster.most_radius = cluster.radius[0];
+    cluster.log_scale.assign(1, log2_of(static_cast<float>(scale)));
+    cluster.most_log_scale = cluster.log_scale[0];
+    cluster.object_index.assign(1, 0);
+    cluster.instances.assign(
+        1, {.offset_eye = {0.0f, 0.0f, 0.0f},
+            .scale = static_cast<float>(scale),
+            .rotation = {static_cast<float>(rotation.x()), static_cast<float>(rotation.y()),
+                         static_cast<float>(rotation.z()), static_cast<float>(rotation.w())},
+            .coverage = 1.0f,
+            .tint = tint});
+}
+
 std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds,
                                          std::span<const PlacedObject> objects) {
     return ClusterMaker(model, bounds, objects).make();
@@ -117,9 +144,9 @@ void sort_by_insertion(std::vector<const ObjectCluster*>& clusters) {
 
 }  // namespace
 
-void ClusterSet::add(GroupId group, std::vector<ObjectCluster> clusters) {
-    const auto [place, is_new] = groups_.emplace(group, std::move(clusters));
-    TERRANE_ASSERT(is_new, "a group is added once");
+void ClusterSet::add(NodeId node, std::vector<ObjectCluster> clusters) {
+    const auto [place, is_new] = nodes_.emplace(node, std::move(clusters));
+    TERRANE_ASSERT(is_new, "a node is added once");
     for (ObjectCluster& cluster : place->second) {
         cluster.order = ++last_order_;
         object_count_ += cluster.size();
@@ -127,16 +154,16 @@ void ClusterSet::add(GroupId group, std::vector<ObjectCluster> clusters) {
     }
 }
 
-void ClusterSet::remove(GroupId group) {
-    const auto found = groups_.find(group);
-    if (found == groups_.end()) return;
+void ClusterSet::remove(NodeId node) {
+    const auto found = nodes_.find(node);
+    if (found == nodes_.end()) return;
     for (const ObjectCluster& cluster : found->second) {
         object_count_ -= cluster.size();
         if (std::erase(beside_, &cluster) > 0) continue;
         in_tree_[cluster.tree_index] = nullptr;
         ++gone_;
     }
-    groups_.erase(found);
+    nodes_.erase(found);
 }
 
 void ClusterSet::rebuild() {
@@ -145,7 +172,7 @@ void ClusterSet::rebuild() {
     beside_.clear();
     gone_ = 0;
     std::vector<Aabb> boxes;
-    for (auto& [id, clusters] : groups_) {
+    for (auto& [id, clusters] : nodes_) {
         for (ObjectCluster& cluster : clusters) {
             cluster.tree_index = in_tree_.size();
             in_tree_.push_back(&cluster);

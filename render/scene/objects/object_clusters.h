@@ -3,7 +3,8 @@
 
 #include <terrane/base/math.h>
 #include <terrane/scene/culling.h>
-#include <terrane/scene/scene.h>
+#include <terrane/scene/scene_draws.h>
+#include <terrane/scene/scene_nodes.h>
 
 #include <array>
 #include <cstdint>
@@ -28,10 +29,12 @@ struct ObjectCluster {
     float most_radius = 0.0f;     ///< largest of radius
     std::vector<float> x, y,
         z;  ///< [objects] centre of the bounding sphere minus the origin, metres
-    std::vector<float> radius;               ///< [objects] of the bounding sphere, metres
-    std::vector<float> log_scale;            ///< [objects] log2_of(scale)
-    std::vector<std::uint32_t> group_index;  ///< [objects] in the group
-    std::vector<ObjectInstance> instances;   ///< [objects] offset_eye from the origin; coverage 1
+    std::vector<float> radius;                ///< [objects] of the bounding sphere, metres
+    std::vector<float> log_scale;             ///< [objects] log2_of(scale)
+    std::vector<std::uint32_t> object_index;  ///< [objects] in InstancesNode::objects
+    std::vector<ObjectInstance> instances;    ///< [objects] offset_eye from the origin; coverage 1
+    /// ObjectInstance::coverage of all objects while a switch above them fades; they then have one level. 1: no fade.
+    float coverage = 1.0f;
 
     std::size_t size() const { return x.size(); }
 };
@@ -39,26 +42,35 @@ struct ObjectCluster {
 /// Rotation matrix of a quaternion of any length near 1; orthonormal up to rounding.
 Eigen::Matrix3d rotation_of(const std::array<float, 4>& quaternion);
 
-/// Splits objects into clusters of neighbours. Deterministic.
+/// Replaces a cluster by one object.
+///
+/// @param bounds of the model's mesh, in the object's frame
+/// @param scale  of the object, 1e-12 to 1e12
+/// Allocates: nothing if the cluster had an object
+void set_single(std::uint32_t model, const Aabb& bounds, const Pose& world_from_object,
+                double scale, const std::array<float, 3>& tint, ObjectCluster& cluster_out);
+
+/// Splits objects in the world frame into clusters of neighbours. Deterministic.
 ///
 /// @param bounds of the model's mesh, in the object's frame
 std::vector<ObjectCluster> make_clusters(std::uint32_t model, const Aabb& bounds,
                                          std::span<const PlacedObject> objects);
 
-/// The clusters of all groups, with a hierarchy over most of them. Changes are kept outside the hierarchy until an
-/// eighth of the clusters has changed, so that adding or removing a group is cheap.
+/// The clusters of all nodes with instances, with a hierarchy over most of them. Changes are kept outside the hierarchy
+/// until an eighth of the clusters has changed, so that adding or removing a node is cheap.
 class ClusterSet {
 public:
-    /// Requires a group that is not in the set.
-    void add(GroupId group, std::vector<ObjectCluster> clusters);
-    void remove(GroupId group);
+    /// Requires a node that is not in the set.
+    void add(NodeId node, std::vector<ObjectCluster> clusters);
+    /// No effect for a node that is not in the set.
+    void remove(NodeId node);
     std::size_t object_count() const { return object_count_; }
 
-    /// Visits all clusters: void(GroupId, const ObjectCluster&), in the order of their groups.
+    /// Visits all clusters: void(NodeId, const ObjectCluster&), in the order of their nodes.
     template <class Visit>
     void visit(const Visit& take) const {
-        for (const auto& [group, clusters] : groups_) {
-            for (const ObjectCluster& cluster : clusters) take(group, cluster);
+        for (const auto& [node, clusters] : nodes_) {
+            for (const ObjectCluster& cluster : clusters) take(node, cluster);
         }
     }
 
@@ -73,7 +85,7 @@ public:
 private:
     void rebuild();
 
-    std::map<GroupId, std::vector<ObjectCluster>> groups_;
+    std::map<NodeId, std::vector<ObjectCluster>> nodes_;
     std::size_t object_count_ = 0;
     std::uint64_t last_order_ = 0;
     std::vector<const ObjectCluster*> in_tree_;  // by index in the hierarchy; null: removed

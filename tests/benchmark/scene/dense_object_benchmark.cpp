@@ -31,8 +31,7 @@ struct Dense {
 Scene scene_of(const ObjectModel& model) {
     Scene scene = Scene::create({}).value();
     const ModelId id = scene.add_model(model).value();
-    const PlacedObject placed;
-    value_or_exit(scene.add_group(id, {&placed, 1}));
+    value_or_exit(scene.add(scene.root(), {}, ModelNode{.model = id}));
     return scene;
 }
 

@@ -51,10 +51,10 @@ Crowd make_crowd(EglContext& context, int count) {
     for (PlacedObject& object : objects) {
         // north of the camera
         const double x = random.between(-60.0, 60.0), y = random.between(30.0, 200.0);
-        object.position_world = {x, y, random.between(-30.0, 30.0)};
+        object.position = {x, y, random.between(-30.0, 30.0)};
     }
     const ModelId rock = crowd.scene.add_model(model).value();
-    value_or_exit(crowd.scene.add_group(rock, objects));
+    value_or_exit(crowd.scene.add(crowd.scene.root(), {}, InstancesNode{rock, objects}));
     return crowd;
 }
 

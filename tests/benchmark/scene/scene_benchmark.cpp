@@ -24,8 +24,8 @@ constexpr double kHalfSide = 5000.0;
 std::vector<Aabb> boxes_of(const std::vector<PlacedObject>& objects) {
     std::vector<Aabb> boxes;
     for (const PlacedObject& object : objects)
-        boxes.push_back({object.position_world - Eigen::Vector3d(2, 2, 0),
-                         object.position_world + Eigen::Vector3d(2, 2, 8)});
+        boxes.push_back({object.position - Eigen::Vector3d(2, 2, 0),
+                         object.position + Eigen::Vector3d(2, 2, 8)});
     return boxes;
 }
 
@@ -85,9 +85,11 @@ void choose_levels(benchmark::State& state) {
     const ModelId tree = scene.add_model(test::tree_model()).value();
     const ModelId rock = scene.add_model(test::rock_model()).value();
     benchmark::DoNotOptimize(
-        scene.add_group(tree, test::spread_objects(random, 200'000, kHalfSide)).has_value());
+        test::add_instances(scene, tree, test::spread_objects(random, 200'000, kHalfSide))
+            .has_value());
     benchmark::DoNotOptimize(
-        scene.add_group(rock, test::spread_objects(random, 20'000, kHalfSide)).has_value());
+        test::add_instances(scene, rock, test::spread_objects(random, 20'000, kHalfSide))
+            .has_value());
     std::size_t frames = 0, in_view = 0, triangles = 0;
     for (auto _ : state) {
         const std::span<const TriangleDemand> demands =
@@ -143,10 +145,10 @@ Forest make_forest() {
     Random random(3);
     std::vector<PlacedObject> trees = test::spread_objects(random, kTrees, kForestHalfSide);
     for (PlacedObject& object : trees) {
-        WorldPos& p = object.position_world;
+        WorldPos& p = object.position;
         p.z() = source->height(p.x(), p.y());
     }
-    benchmark::DoNotOptimize(scene.add_group(tree, trees).has_value());
+    benchmark::DoNotOptimize(test::add_instances(scene, tree, trees).has_value());
     return {std::move(source), std::move(resident), std::move(scene)};
 }
 

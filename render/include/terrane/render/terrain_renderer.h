@@ -171,7 +171,7 @@ public:
     /// Frees an impostor; no effect for an unknown id.
     void remove_impostor(ImpostorId impostor);
 
-    /// Sun direction and shadow distance, for Scene::begin_frame() and SceneGraph::collect(); none if shadows are off.
+    /// Sun direction and shadow distance, for Scene::begin_frame(); none if shadows are off.
     std::optional<SunShadows> shadows() const;
 
     /// Statistics of the last successful draw().

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+#include "scene/scene_nodes.h"
+
+#include "frames/object_field.h"
+
+#include <terrane/terrain/fractal_heights.h>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <tuple>
+#include <variant>
+#include <vector>
+
+namespace terrane::tools {
+namespace scene_nodes_test {
+
+Parsed<SceneNodes> read(const std::string& text) {
+    return read_nodes(nlohmann::ordered_json::parse(text), TERRANE_SOURCE_DIR "/tools/data");
+}
+
+std::string error_of(const std::string& text) {
+    const Parsed<SceneNodes> nodes = read(text);
+    return nodes ? std::string() : nodes.error();
+}
+
+constexpr const char* kHouse = R"([
+  {"position":[10,20,0], "on_ground":true, "scale":2, "children":[
+    {"box":{"half_extents":[3,2,1]}, "position":[0,0,1], "colour":[1,0.5,0]},
+    {"position":[0,0,4], "emitter":{"per_s":30, "life_s":[2,3], "wind":[1,0,0], "most":50,
+                                    "colour":[[1,1,1,0.5],[1,1,1,0]]}},
+    {"switch":{"limits":[80,"always"], "fade_ratio":1.25}, "children":[
+      {"mesh":"pine.obj"}, {"billboard":"up", "children":[{"mesh":"pine.obj", "scale":0.5}]}]}]},
+  {"position":[0,0,50], "sphere":{"radius":2}}])";
+
+TEST(ReadNodes, ReadsATreeWithItsContents) {
+    const Parsed<SceneNodes> nodes = read(kHouse);
+    ASSERT_TRUE(nodes) << nodes.error();
+    ASSERT_EQ(nodes->nodes.size(), 8u);
+    EXPECT_EQ(nodes->meshes.size(), 3u) << "a box, a pine that is read once, a sphere";
+    const auto& [root, box, smoke, levels, pine, board, small, sphere] =
+        std::tie(nodes->nodes[0], nodes->nodes[1], nodes->nodes[2], nodes->nodes[3],
+                 nodes->nodes[4], nodes->nodes[5], nodes->nodes[6], nodes->nodes[7]);
+    EXPECT_TRUE(root.is_on_ground);
+    EXPECT_EQ(root.place.scale, 2.0);
+    EXPECT_EQ(box.parent, 0u);
+    EXPECT_EQ(nodes->meshes[0].colours[0], (std::array<std::uint8_t, 4>{255, 128, 0, 255}));
+    const auto& emitter = std::get<EmitterNode>(smoke.content);
+    EXPECT_EQ(emitter.rate, 30.0);
+    EXPECT_EQ(emitter.most_particles, 50u);
+    EXPECT_EQ(emitter.colours[1][3], 0.0f);
+    const auto& by = std::get<SwitchNode>(levels.content);
+    EXPECT_EQ(by.limits, (std::vector<double>{80.0, std::numeric_limits<double>::infinity()}));
+    EXPECT_EQ(pine.parent, 3u);
+    EXPECT_EQ(std::get<BillboardNode>(board.content).axis, BillboardNode::Axis::up);
+    EXPECT_EQ(std::get<MeshOfNode>(small.content).mesh, std::get<MeshOfNode>(pine.content).mesh);
+    EXPECT_FALSE(sphere.parent);
+    EXPECT_EQ(small.path, "nodes[0].children[2].children[1].children[0]");
+}
+
+TEST(ReadNodes, AreShownByTheFieldOnTheGround) {
+    const auto source = FractalHeights::create({.seed = 5}).value();
+    const SceneNodes nodes = read(kHouse).value();
+    View view;
+    view.eye_world = {10.0, -20.0, source->height(10.0, 20.0) + 10.0};
+    ObjectField field =
+        ObjectField::create(source, {}, {.picture = view, .has_thread = false}, nullptr).value();
+    ASSERT_TRUE(field.add_nodes(nodes, *source, nullptr));
+    field.set_time(5.0);
+    field.begin_frame(view);
+    const SceneDraws draws = field.end_frame(1.0);
+    // box and pine; the switch hides its billboard, and the sphere is out of view
+    ASSERT_EQ(draws.instances.size(), 2u);
+    EXPECT_EQ(field.counts().drawn, 2u);
+    EXPECT_NEAR(static_cast<double>(draws.particles.size()), 50.0, 1.0);
+    EXPECT_NEAR(draws.instances[0].offset_eye[1], 40.0f, 1e-3f);
+    EXPECT_NEAR(draws.instances[0].offset_eye[2], 2.0f - 10.0f, 1e-3f) << "twice a metre up";
+    const Result<void> nowhere = field.add_nodes(
+        read(R"([{"position":[1e9,0,0],"on_ground":true}])").value(), *source, nullptr);
+    ASSERT_FALSE(nowhere);
+    EXPECT_EQ(nowhere.error().message, "nodes[0]: there is no ground at x 1e+09 m, y 0 m");
+}
+
+TEST(ReadNodes, NameWhatTheyRefuse) {
+    EXPECT_EQ(error_of(R"({})"), "nodes must be a list, got {}");
+    EXPECT_EQ(error_of(R"([{}])"), "nodes[0].position is missing");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"texture":1}])"), "unknown key 'nodes[0].texture'");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"mesh":"pine.obj","sphere":{"radius":1}}])"),
+              "nodes[0] has a mesh and a sphere: one of them belongs to a child");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"sphere":{"radius":-1}}])"),
+              "nodes[0].sphere.radius must be above 0 and at most 1e5 m, got -1");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"box":{"half_extents":[1,2]}}])"),
+              "nodes[0].box.half_extents must be 3 numbers, got [1,2]");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"mesh":"none.obj"}])").find("nodes[0].mesh: "), 0u);
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"switch":{"limits":[1,2]}}])"),
+              "nodes[0].switch needs one child for each of its 2 limits, got 0");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"switch":{"limits":["ever"]}}])"),
+              "nodes[0].switch.limits must be numbers, or \"always\", got [\"ever\"]");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"billboard":"left"}])"),
+              "nodes[0].billboard must be screen or up, got \"left\"");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"colour":[1,1,1]}])"),
+              "nodes[0].colour goes with sphere, box, capsule or cylinder");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"sphere":{"radius":1},"colour":[1,2,1]}])"),
+              "nodes[0].colour must be 0 to 1, got [1,2,1]");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"children":[{"on_ground":true}]}])"),
+              "nodes[0].children[0].on_ground goes with nodes that are nobody's children");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"emitter":{"per_s":"many"}}])"),
+              "nodes[0].emitter.per_s must be a number, got \"many\"");
+    std::string deep = R"([{"position":[0,0,0]}])";
+    for (int i = 0; i < 80; ++i) deep = R"([{"position":[0,0,0],"children":)" + deep + "}]";
+    EXPECT_NE(error_of(deep).find(" is nested more than 64 deep"), std::string::npos);
+}
+
+}  // namespace scene_nodes_test
+}  // namespace terrane::tools

@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+#include "scene/scene_nodes.h"
+
+#include "scene/scene_objects.h"
+
+#include <terrane/terrain/primitive_meshes.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMostDepth = 64;        // of nested children
+constexpr std::size_t kMostNodes = 1u << 16;  // of a scene
+constexpr std::array kPrimitives = {"sphere", "box", "capsule", "cylinder"};
+constexpr std::array kContents = {"mesh",     "sphere", "box",       "capsule",
+                                  "cylinder", "switch", "billboard", "emitter"};
+
+/// [r, g, b], or [r, g, b, opacity], of 0 to 1 with display gamma.
+template <std::size_t count>
+Parsed<std::array<float, count>> read_colour(const Json& value, const std::string& name) {
+    const auto numbers = numbers_of<count>(value);
+    std::array<float, count> colour{};
+    for (std::size_t i = 0; numbers && i < count; ++i) {
+        if (!((*numbers)[i] >= 0.0 && (*numbers)[i] <= 1.0))
+            return wrong(name + " must be 0 to 1, got " + shown(value));
+        colour[i] = static_cast<float>((*numbers)[i]);
+    }
+    if (numbers) return colour;
+    return wrong(
+        fmt::format("{} must be {} numbers from 0 to 1, got {}", name, count, shown(value)));
+}
+
+Parsed<Eigen::Vector3d> read_vector(const Json& object, const char* key,
+                                    const Eigen::Vector3d& otherwise) {
+    if (!object.contains(key)) return otherwise;
+    const auto numbers = read_array<3>(object, key);
+    if (!numbers) return wrong(numbers.error());
+    return Eigen::Vector3d(numbers->data());
+}
+
+Parsed<std::array<double, 2>> read_span(const Json& object, const char* key,
+                                        const std::array<double, 2>& otherwise) {
+    if (!object.contains(key)) return otherwise;
+    return read_array<2>(object, key);
+}
+
+Parsed<std::uint64_t> read_whole(const Json& object, const char* key, std::uint64_t otherwise) {
+    const auto found = object.find(key);
+    if (found == object.end()) return otherwise;
+    if (!found->is_number_unsigned())
+        return wrong(
+            fmt::format("{} must be a whole number of at least 0, got {}", key, shown(*found)));
+    return found->get<std::uint64_t>();
+}
+
+Parsed<SwitchNode> read_switch(const Json& value, const std::string& path) {
+    if (const auto good = check_keys(value, path, {"by", "limits", "hysteresis", "fade_ratio"});
+        !good)
+        return wrong(good.error());
+    SwitchNode levels;
+    levels.by = SwitchNode::By::distance;
+    if (const auto by = value.find("by"); by != value.end()) {
+        constexpr std::array<const char*, 3> kNames = {"distance", "centre", "error"};
+        const auto found =
+            std::ranges::find_if(kNames, [&](const char* name) { return *by == name; });
+        if (found == kNames.end())
+            return wrong(path + ".by must be distance, centre or error, got " + shown(*by));
+        levels.by = static_cast<SwitchNode::By>(found - kNames.begin());
+    }
+    const auto limits = value.find("limits");
+    if (limits == value.end()) return wrong(path + ".limits is missing");
+    const auto is_limit = [](const Json& each) { return each.is_number() || each == "always"; };
+    if (!limits->is_array() || !std::ranges::all_of(*limits, is_limit))
+        return wrong(path + ".limits must be numbers, or \"always\", got " + shown(*limits));
+    for (const Json& each : *limits) {
+        levels.limits.push_back(each.is_number() ? each.get<double>()
+                                                 : std::numeric_limits<double>::infinity());
+    }
+    const Parsed<double> hysteresis = read_in_range(value, "hysteresis", 1.0, 1.0, 2.0);
+    if (!hysteresis) return wrong(path + "." + hysteresis.error());
+    levels.hysteresis = *hysteresis;
+    const Parsed<double> fade = read_in_range(value, "fade_ratio", 1.0, 1.0, 2.0);
+    if (!fade) return wrong(path + "." + fade.error());
+    levels.fade_ratio = *fade;
+    return levels;
+}
+
+Parsed<EmitterNode> read_emitter(const Json& value, const std::string& path) {
+    const auto good = check_keys(value, path,
+                                 {"per_s", "life_s", "source_m", "velocity", "spread_m_s", "wind",
+                                  "drag_s", "acceleration", "radius_m", "colour", "most", "seed"});
+    if (!good) return wrong(good.error());
+    EmitterNode emitter;
+    const auto read_into = [&](const char* key, double& to) -> Parsed<void> {
+        if (!value.contains(key)) return {};
+        const Parsed<double> number = read_number(value, key);
+        if (!number) return wrong(path + "." + number.error());
+        to = *number;
+        return {};
+    };
+    const auto vector_into = [&](const char* key, Eigen::Vector3d& to) -> Parsed<void> {
+        const Parsed<Eigen::Vector3d> read = read_vector(value, key, to);
+        if (!read) return wrong(path + "." + read.error());
+        to = *read;
+        return {};
+    };
+    const auto span_into = [&](const char* key, std::array<double, 2>& to) -> Parsed<void> {
+        const Parsed<std::array<double, 2>> read = read_span(value, key, to);
+        if (!read) return wrong(path + "." + read.error());
+        to = *read;
+        return {};
+    };
+    TERRANE_TRY(read_into("per_s", emitter.rate));
+    TERRANE_TRY(span_into("life_s", emitter.life));
+    TERRANE_TRY(read_into("source_m", emitter.source_radius));
+    TERRANE_TRY(vector_into("velocity", emitter.velocity));
+    TERRANE_TRY(read_into("spread_m_s", emitter.velocity_spread));
+    TERRANE_TRY(vector_into("wind", emitter.wind));
+    TERRANE_TRY(read_into("drag_s", emitter.drag_time));
+    TERRANE_TRY(vector_into("acceleration", emitter.acceleration));
+    TERRANE_TRY(span_into("radius_m", emitter.radius));
+    if (const auto colours = value.find("colour"); colours != value.end()) {
+        if (!colours->is_array() || colours->size() != 2)
+            return wrong(path + ".colour must be two colours [r, g, b, opacity], got " +
+                         shown(*colours));
+        for (std::size_t i = 0; i < 2; ++i) {
+            const auto colour =
+                read_colour<4>((*colours)[i], fmt::format("{}.colour[{}]", path, i));
+            if (!colour) return wrong(colour.error());
+            emitter.colours[i] = *colour;
+        }
+    }
+    const Parsed<std::uint64_t> most = read_whole(value, "most", emitter.most_particles);
+    if (!most) return wrong(path + "." + most.error());
+    emitter.most_particles = *most;
+    const Parsed<std::uint64_t> seed = read_whole(value, "seed", 0);
+    if (!seed) return wrong(path + "." + seed.error());
+    emitter.seed = *seed;
+    return emitter;
+}
+
+Parsed<TriangleMesh> read_primitive(const Json& node, const std::string& kind,
+                                    const std::string& path) {
+    const Json& value = node[kind];
+    const std::string here = path + "." + kind;
+    const bool is_box = kind == "box", has_height = kind == "capsule" || kind == "cylinder";
+    const auto known = is_box       ? check_keys(value, here, {"half_extents"})
+                       : has_height ? check_keys(value, here, {"radius", "half_height"})
+                                    : check_keys(value, here, {"radius"});
+    if (!known) return wrong(known.error());
+    const auto number = [&](const char* key) -> Parsed<double> {
+        const Parsed<double> read = read_number(value, key);
+        return read ? read : wrong(here + "." + read.error());
+    };
+    Result<TriangleMesh> mesh = TriangleMesh();
+    if (is_box) {
+        const auto extents = read_array<3>(value, "half_extents");
+        if (!extents) return wrong(here + "." + extents.error());
+        mesh = make_box_mesh(Eigen::Vector3d(extents->data()));
+    } else {
+        TERRANE_TRY(const double radius, number("radius"));
+        double half_height = 0.0;
+        if (has_height) {
+            TERRANE_TRY(const double read, number("half_height"));
+            half_height = read;
+        }
+        mesh = kind == "sphere"    ? make_sphere_mesh(radius)
+               : kind == "capsule" ? make_capsule_mesh(radius, half_height)
+                                   : make_cylinder_mesh(radius, half_height);
+    }
+    if (!mesh) return wrong(here + "." + mesh.error().message);
+    std::array<float, 3> colour{0.8f, 0.78f, 0.74f};
+    if (node.contains("colour")) {
+        TERRANE_TRY(const auto read, read_colour<3>(node["colour"], path + ".colour"));
+        colour = read;
+    }
+    std::array<std::uint8_t, 4> bytes{0, 0, 0, 255};
+    for (std::size_t i = 0; i < 3; ++i)
+        bytes[i] = static_cast<std::uint8_t>(std::lround(255.0f * colour[i]));
+    mesh->colours.assign(mesh->positions.size(), bytes);
+    return *std::move(mesh);
+}
+
+class NodeReader {
+public:
+    explicit NodeReader(const std::string& folder) : folder_(folder) {}
+
+    SceneNodes made;
+
+    Parsed<void> read_list(const Json& list, const std::string& path,
+                           std::optional<std::size_t> parent, std::size_t depth) {
+        if (!list.is_array()) return wrong(path + " must be a list, got " + shown(list));
+        if (depth > kMostDepth)
+            return wrong(fmt::format("{} is nested more than {} deep", path, kMostDepth));
+        for (std::size_t i = 0; i < list.size(); ++i) {
+            TERRANE_TRY(read_node(list[i], fmt::format("{}[{}]", path, i), parent, depth));
+        }
+        return {};
+    }
+
+private:
+    Parsed<void> read_node(const Json& value, const std::string& path,
+                           std::optional<std::size_t> parent, std::size_t depth) {
+        const auto known = check_keys(
+            value, path,
+            {"position", "rotation", "scale", "on_ground", "children", "mesh", "crease_deg",
+             "sphere", "box", "capsule", "cylinder", "colour", "switch", "billboard", "emitter"});
+        if (!known) return wrong(known.error());
+        if (made.nodes.size() >= kMostNodes)
+            return wrong(fmt::format("{}: a scene has at most {} nodes", path, kMostNodes));
+        SceneNode node;
+        node.path = path;
+        node.parent = parent;
+        const auto pose =
+            read_pose(value, parent ? PositionAbsent::is_origin : PositionAbsent::is_wrong);
+        if (!pose) return wrong(path + "." + pose.error());
+        node.place.parent_from_node = *pose;
+        const Parsed<double> scale = read_in_range(value, "scale", 1.0, 1e-3, 1e3);
+        if (!scale) return wrong(path + "." + scale.error());
+        node.place.scale = *scale;
+        if (const auto found = value.find("on_ground"); found != value.end()) {
+            if (!found->is_boolean())
+                return wrong(path + ".on_ground must be true or false, got " + shown(*found));
+            node.is_on_ground = found->get<bool>();
+            if (node.is_on_ground && parent)
+                return wrong(path + ".on_ground goes with nodes that are nobody's children");
+        }
+        TERRANE_TRY(read_content(value, path, node));
+        const std::size_t index = made.nodes.size();
+        made.nodes.push_back(std::move(node));
+        const auto children = value.find("children");
+        const std::size_t levels = children == value.end() ? 0 : children->size();
+        if (const auto* by = std::get_if<SwitchNode>(&made.nodes[index].content)) {
+            if (levels != by->limits.size())
+                return wrong(
+                    fmt::format("{}.switch needs one child for each of its {} limits, got "
+                                "{}",
+                                path, by->limits.size(), levels));
+        }
+        if (children == value.end()) return {};
+        return read_list(*children, path + ".children", index, depth + 1);
+    }
+
+    Parsed<void> read_content(const Json& value, const std::string& path, SceneNode& node) {
+        std::string kind;
+        for (const char* each : kContents) {
+            if (!value.contains(each)) continue;
+            if (!kind.empty())
+                return wrong(fmt::format("{} has a {} and a {}: one of them belongs to a child",
+                                         path, kind, each));
+            kind = each;
+        }
+        const bool is_primitive = std::ranges::find(kPrimitives, kind) != kPrimitives.end();
+        if (value.contains("colour") && !is_primitive)
+            return wrong(path + ".colour goes with sphere, box, capsule or cylinder");
+        if (value.contains("crease_deg") && kind != "mesh")
+            return wrong(path + ".crease_deg goes with mesh");
+        if (is_primitive) {
+            TERRANE_TRY(TriangleMesh mesh, read_primitive(value, kind, path));
+            node.content = MeshOfNode{made.meshes.size()};
+            made.meshes.push_back(std::move(mesh));
+            made.files.push_back(path);
+            names_.emplace_back();
+        } else if (kind == "mesh") {
+            const Parsed<std::size_t> mesh = read_file(value);
+            if (!mesh) return wrong(path + "." + mesh.error());
+            node.content = MeshOfNode{*mesh};
+        } else if (kind == "switch") {
+            TERRANE_TRY(node.content, read_switch(value[kind], path + ".switch"));
+        } else if (kind == "emitter") {
+            TERRANE_TRY(node.content, read_emitter(value[kind], path + ".emitter"));
+        } else if (kind == "billboard") {
+            const Json& axis = value[kind];
+            if (axis != "screen" && axis != "up")
+                return wrong(path + ".billboard must be screen or up, got " + shown(axis));
+            node.content =
+                BillboardNode{axis == "up" ? BillboardNode::Axis::up : BillboardNode::Axis::screen};
+        }
+        return {};
+    }
+
+    /// Index of the mesh that a node names; reads its file if no earlier node names it with this crease angle.
+    Parsed<std::size_t> read_file(const Json& value) {
+        const Parsed<MeshName> name = read_mesh_name(value, folder_);
+        if (!name) return wrong(name.error());
+        const auto found = std::ranges::find(names_, std::optional(*name));
+        if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
+        Parsed<TriangleMesh> mesh = read_named_mesh(*name);
+        if (!mesh) return wrong(mesh.error());
+        made.meshes.push_back(*std::move(mesh));
+        made.files.push_back(name->file);
+        names_.emplace_back(*name);
+        return made.meshes.size() - 1;
+    }
+
+    std::string folder_;
+    std::vector<std::optional<MeshName>> names_;  // [made.meshes] none: a primitive
+};
+
+}  // namespace
+
+Parsed<SceneNodes> read_nodes(const Json& list, const std::string& folder) {
+    NodeReader reader(folder);
+    TERRANE_TRY(reader.read_list(list, "nodes", {}, 0));
+    return std::move(reader.made);
+}
+
+}  // namespace terrane::tools

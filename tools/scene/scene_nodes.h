@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "program/json_values.h"
+
+#include <terrane/scene/scene_nodes.h>
+#include <terrane/terrain/triangle_mesh.h>
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace terrane::tools {
+
+/// A mesh of a node: index of SceneNodes::meshes.
+struct MeshOfNode {
+    std::size_t mesh = 0;
+};
+
+/// A node of a scene.
+struct SceneNode {
+    std::string path;                        ///< in the file, for messages: "nodes[2].children[0]"
+    std::optional<std::size_t> parent = {};  ///< index of SceneNodes::nodes; none: the world
+    NodePlace place;
+    bool is_on_ground = false;  ///< whether z is a height above the ground; only without a parent
+    std::variant<GroupNode, MeshOfNode, SwitchNode, BillboardNode, EmitterNode> content = {};
+};
+
+/// `nodes` of a scene.
+struct SceneNodes {
+    std::vector<TriangleMesh> meshes;  ///< with normals
+    std::vector<std::string>
+        files;  ///< [meshes] path of the file, or the node's path for a primitive
+    std::vector<SceneNode> nodes;  ///< parents first
+};
+
+/// Parses `nodes` of a scene: a list of nodes, each with `position`, `rotation`, `scale`, `on_ground`, `children` and
+/// one content at most: `mesh` with `crease_deg`; `sphere`, `box`, `capsule` or `cylinder` with `colour`; `switch`;
+/// `billboard`; `emitter`. Files are read here, each once for each crease angle. Errors begin with the path of the key:
+/// "nodes[2].children[0].switch.limits must be".
+///
+/// @param folder base of relative paths
+Parsed<SceneNodes> read_nodes(const nlohmann::ordered_json& list, const std::string& folder);
+
+}  // namespace terrane::tools
