@@ -142,8 +142,14 @@ Result<EglContext> EglContext::create(GlChecks checks) {
         auto state = std::make_shared<State>();
         state->display = candidate.display;
         state->context = context;
+        const GLubyte* const name = glGetString(GL_RENDERER);
+        if (name == nullptr) {
+            troubles += (troubles.empty() ? "" : "; ") + candidate.name +
+                        ": its context does not give the name of its renderer";
+            continue;
+        }
         // OpenGL returns text as unsigned char
-        state->renderer_name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+        state->renderer_name = reinterpret_cast<const char*>(name);
         if (checks == GlChecks::on) internal::attach_log(state->log);
         return EglContext(std::move(state));
     }

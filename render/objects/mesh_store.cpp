@@ -48,7 +48,7 @@ Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> l
     }
     if (indices > std::numeric_limits<std::int32_t>::max()) {
         return fail(ErrorCode::invalid_argument,
-                    "a mesh must have at most 2^31 indices, got " + number_text(indices));
+                    "a mesh must have fewer than 2^31 indices, got " + number_text(indices));
     }
     return {};
 }

@@ -50,7 +50,7 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 class MeshStore {
 public:
     /// Fails: invalid_argument as TriangleMesh::validate(), for a level with an index beyond the vertices, for a
-    ///        morphing level in which a vertex has no target, and for more than 2^31 indices; device_unavailable if
+    ///        morphing level in which a vertex has no target, and for 2^31 indices or more; device_unavailable if
     ///        OpenGL reports an error
     Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                        const MeshMaterial& material);

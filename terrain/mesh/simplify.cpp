@@ -73,9 +73,10 @@ Result<void> check_sizes(std::size_t vertex_count, std::size_t triangle_count,
                                                      number_text(locked_count));
     }
     if (vertex_count >= ~std::uint32_t{0} || triangle_count > kMaxTriangles) {
-        return fail(ErrorCode::invalid_argument,
-                    "a mesh must have fewer than 2^32 vertices and at most 1e9 triangles, got " +
-                        number_text(vertex_count) + " and " + number_text(triangle_count));
+        return fail(
+            ErrorCode::invalid_argument,
+            "a mesh must have fewer than 2^32 - 1 vertices and at most 1e9 triangles, got " +
+                number_text(vertex_count) + " and " + number_text(triangle_count));
     }
     return {};
 }

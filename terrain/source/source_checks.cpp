@@ -132,6 +132,8 @@ double SourceChecks::height(double x, double y) {
         value = source_.height(x, y);
     } catch (const std::exception& thrown) {
         message = std::string("height() threw ") + thrown.what();
+    } catch (...) {
+        message = "height() threw something that is no std::exception";
     }
     count(SourceLaw::finite, std::isfinite(value),
           [&] { return SourceViolation{.x = x, .y = y, .measured = value, .what = message}; });
@@ -460,6 +462,8 @@ void SourceChecks::check_mesh_bounds(const GridAnswers& answers) {
         if (!read) message = read.error().message;
     } catch (const std::exception& thrown) {
         message = std::string("it threw ") + thrown.what();
+    } catch (...) {
+        message = "it threw something that is no std::exception";
     }
     count(SourceLaw::answers, message.empty(), [&] {
         SourceViolation violation = at(answers, answers.grid.corner);

@@ -108,6 +108,39 @@ private:
     const char* usage_;
 };
 
+/// The choice of an option such as --only among the names that a program measures.
+class Choice {
+public:
+    enum class Match { whole, part };  ///< of a name
+
+    /// @param wanted the option's word; "" for all names
+    Choice(std::string wanted, Match match) : wanted_(std::move(wanted)), match_(match) {}
+
+    /// Whether a name is chosen.
+    bool has(const std::string& name) {
+        if (std::ranges::find(names_, name) == names_.end()) names_.push_back(name);
+        const bool is_chosen =
+            wanted_.empty() ||
+            (match_ == Match::whole ? name == wanted_ : name.find(wanted_) != std::string::npos);
+        is_met_ |= is_chosen;
+        return is_chosen;
+    }
+    bool is_all() const { return wanted_.empty(); }
+    /// Ends the program, with the names that has() was asked for, if none of them was chosen.
+    void finish(const Arguments& arguments) const {
+        if (is_met_ || wanted_.empty()) return;
+        std::string known;
+        for (const std::string& name : names_) known += (known.empty() ? "" : ", ") + name;
+        arguments.exit_with_usage("'" + wanted_ + "' is none of the names; known are " + known);
+    }
+
+private:
+    std::string wanted_;
+    Match match_;
+    std::vector<std::string> names_;
+    bool is_met_ = false;
+};
+
 /// Processor time of all threads of this program, milliseconds.
 inline double processor_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 

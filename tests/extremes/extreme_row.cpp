@@ -74,19 +74,19 @@ const std::vector<ExtremeRow>& all_rows() {
 
 namespace {
 
-constexpr const char* kHead = R"(# Extremes
+constexpr const char* kHead = R"(## Extremes
 
-Each quantity is swept from one end of its range to the other: what is promised, what was measured, where the range
-ends and what is said far beyond. This page is the output of the command
+Each quantity is swept from one end of its range to the other. Its section has the promise, and a table of the measured figure (second row)
+at values of the quantity (first row). Below the table are, for each end of the range, the last accepted and the first refused value, and
+after "Far beyond" the message for a value far outside the range. The tables are the output of
 
 ```sh
-build/release/tests/extremes/extremes_table --long > out/extremes.md
+build/release/tests/extremes/extremes_table --long > out/extremes.md   # a quarter of an hour
 ```
 
-The rows are in [tests/extremes](../tests/extremes/rows); the tests `ExtremeRows.*` hold every row to its promise and
-every end to its message. A range ends at the last value that is accepted; the first one beyond it, the next double or
-whole number, is refused. Figures are ratios to what is promised unless a unit is named: 1 is all of it.
-[numerics.md](numerics.md) says why the limits are where they are.
+The rows are defined in [tests/extremes](../tests/extremes/rows). The tests `ExtremeRows.*` check that every figure keeps its promise and
+that every refused value gets its message. The first refused value is the next double or whole number after the last accepted one. Figures
+are divided by the promised limit unless a unit is named, so that 1 uses all of it.
 
 | quantity | measured from | to | worst figure | promised | accepted from | to |
 |---|---|---|---|---|---|---|
@@ -134,7 +134,7 @@ std::string summary_of(const MeasuredRow& measured) {
 
 std::string section_of(const MeasuredRow& measured) {
     const ExtremeRow& row = *measured.row;
-    std::string out = "\n### " + row.swept + "\n\n" + row.promise + " Measured: " + row.figure +
+    std::string out = "\n#### " + row.swept + "\n\n" + row.promise + " Measured: " + row.figure +
                       "; at most " + limit_text(row) + ".\n\n|";
     for (const double value : measured.values)
         out.append(" ").append(figure_text(value)).append(" |");
@@ -177,7 +177,7 @@ std::string to_markdown(std::span<const MeasuredRow> rows) {
     for (const MeasuredRow& row : rows) out += summary_of(row);
     std::string topic;
     for (const MeasuredRow& row : rows) {
-        if (row.row->topic != topic) out += "\n## " + row.row->topic + "\n";
+        if (row.row->topic != topic) out += "\n### " + row.row->topic + "\n";
         topic = row.row->topic;
         out += section_of(row);
     }

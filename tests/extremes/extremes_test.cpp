@@ -12,8 +12,11 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <ostream>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -150,6 +153,32 @@ TEST(ExtremesTable, ShowsValuesFiguresAndEnds) {
     MeasuredRow failed = measured;
     failed.figures[1] = kNan;
     EXPECT_NE(to_markdown({&failed, 1}).find("| width, m | 1 | 2 | nan | 1 |"), std::string::npos);
+}
+
+/// A text with every run of white space as one blank.
+std::string unwrapped(const std::string& text) {
+    std::istringstream words(text);
+    std::string out;
+    for (std::string word; words >> word;) out += (out.empty() ? "" : " ") + word;
+    return out;
+}
+
+// The figures of the document are measured in a quarter of an hour; its words are compared here.
+TEST(ExtremesTable, HasTheWordsOfTheDocument) {
+    std::ifstream file(TERRANE_SOURCE_DIR "/docs/measurements.md");
+    std::string document(std::istreambuf_iterator<char>(file), {});
+    document = unwrapped(document);
+    for (const ExtremeRow& row : all_rows()) {
+        const MeasuredRow words{&row, {}, {}, {}};
+        std::string page = to_markdown({&words, 1});
+        const std::string head = page.substr(0, page.find("\n| " + row.swept));
+        EXPECT_NE(document.find(unwrapped(head)), std::string::npos) << head;
+        page.erase(0, page.find("\n#### "));
+        const std::string section = page.substr(0, page.find("\n|"));
+        EXPECT_NE(document.find(unwrapped(section)), std::string::npos) << section;
+        EXPECT_NE(document.find("### " + row.topic + " "), std::string::npos) << row.topic;
+        EXPECT_NE(document.find(row.note), std::string::npos) << row.note;
+    }
 }
 
 }  // namespace extremes_test

@@ -81,6 +81,8 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
              {R"({"dem":"a.tif","encoding":"rgb"})", "terrarium or mapbox, got \"rgb\""},
              {R"({"dem":"a.tif","cell_m":-1})", "cell_m"},
              {R"({"seed":)" + std::string(100'000, '['), "deeper than 64"},
+             {R"({"seed":)" + std::string(60, '[') + std::string(60, ']') + "}", "[[[..."},
+             {R"({"seed":")" + std::string(55, 'a') + "\u00fc\u00fc\u00fc\"}", "a..."},
              {"{}", "names no terrain"},
              {"[1]", "scene 'one.json' must be a JSON object, got [1]"},
              {"", "'one.json': line 1, column 1: "},

@@ -4,6 +4,7 @@
 #include "program/progress.h"
 #include "program/summary.h"
 #include "scene/mesh_files.h"
+#include "scene/mesh_objects.h"
 #include "scene/terrain_options.h"
 
 #include <terrane/terrain/pager.h>
@@ -21,6 +22,8 @@
 #include <memory>
 #include <numbers>
 #include <numeric>
+#include <optional>
+#include <span>
 #include <utility>
 
 namespace terrane::tools {
@@ -38,6 +41,7 @@ struct MeshOptions {
     double memory_mb = 1024.0;
     std::string out;
     bool lonlat = false;
+    bool no_objects = false;
     bool json = false;
 };
 
@@ -77,8 +81,12 @@ Result<void> read_middle(const Terrain& terrain) {
 }
 
 /// Alternates loading and triangulation until the mesh needs no further chunk.
+///
+/// @param of_objects demands on the same budget
 CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangulator,
-                                             const View& view, double memory_mb) {
+                                             const View& view,
+                                             std::span<const TriangleDemand> of_objects,
+                                             double memory_mb) {
     const Progress progress("loading");
     double wanted_px = kFirstThreshold_px;
     std::uint64_t last_epoch = 0;
@@ -88,7 +96,7 @@ CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangu
         pager.finish();
         const PagerStats stats = pager.stats();
         if (stats.failed > 0) return failure("the terrain's heights could not be read");
-        const TerrainMesh mesh = triangulator.update(pager.resident(), view);
+        const TerrainMesh mesh = triangulator.update(pager.resident(), view, of_objects);
         if (stats.late_chunks > 0) {
             return failure(
                 fmt::format("--memory-mb {:.6g} is too small for this view: {} chunks did not fit",
@@ -102,6 +110,25 @@ CommandResult<TerrainMesh> load_until_stable(Pager& pager, Triangulator& triangu
         wanted_px = std::max(mesh.threshold_px, 0.5 * wanted_px);
     }
     return failure(fmt::format("the mesh did not settle in {} rounds of loading", kMaxRounds));
+}
+
+/// The objects of a scene that the mesh has; none if it has no objects or --no-objects is given. Fails if the budget
+/// does not suffice for the placed ones and the root squares.
+CommandResult<std::optional<MeshObjects>> make_objects(const Terrain& terrain,
+                                                       const MeshOptions& options, const View& view,
+                                                       Normals normals) {
+    if (terrain.objects == nullptr || options.no_objects) return std::optional<MeshObjects>();
+    TERRANE_TRY(MeshObjects objects, MeshObjects::create(terrain.source, *terrain.objects, view,
+                                                         options.max_error_px, normals));
+    const auto roots = static_cast<std::size_t>(terrain.source->lattice().resident_root_count());
+    const std::size_t least = 2 * roots + objects.least_triangles();
+    if (options.budget < least) {
+        return failure(fmt::format(
+            "--budget must be at least {} for this scene, {} triangles for its {} placed objects "
+            "at their coarsest and 2 for each of its root squares, got {}; or give --no-objects",
+            least, objects.least_triangles(), objects.placed_count(), options.budget));
+    }
+    return std::optional<MeshObjects>(std::move(objects));
 }
 
 CommandResult<void> run_mesh(const MeshOptions& options) {
@@ -130,16 +157,32 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     paging.worker_count = 0;
     TERRANE_TRY(Pager pager, Pager::create(terrain.source, paging));
 
-    TERRANE_TRY(const TerrainMesh mesh,
-                load_until_stable(pager, triangulator, *view, options.memory_mb));
     // the other formats are written without normals, for compatibility
-    IndexedMesh welded = weld(mesh, format == MeshFormat::glb ? Normals::with : Normals::without);
+    const Normals normals = format == MeshFormat::glb ? Normals::with : Normals::without;
+    TERRANE_TRY(const std::optional<MeshObjects> objects,
+                make_objects(terrain, options, *view, normals));
+    TERRANE_TRY(const TerrainMesh mesh,
+                load_until_stable(pager, triangulator, *view,
+                                  objects ? objects->demands() : std::span<const TriangleDemand>(),
+                                  options.memory_mb));
+    IndexedMesh welded = weld(mesh, normals);
+    MeshObjectCounts counts;
+    if (objects) {
+        if (!std::isfinite(mesh.demand_threshold_px)) {
+            return failure(fmt::format(
+                "--budget {} is too small for the volumes of this scene and {} triangles for its "
+                "{} placed objects at their coarsest; or give --no-objects",
+                options.budget, objects->least_triangles(), objects->placed_count()));
+        }
+        counts = objects->append_to(welded, mesh.demand_threshold_px);
+    }
     if (options.lonlat) {
         const Result<Georeference> georeference = georeference_of(terrain);
         if (!georeference) {
             return failure("--lonlat needs a raster with a CRS: " + georeference.error().message);
         }
         georeference->lonlat_from_world(welded.vertices_world, welded.vertices_world);
+        welded.is_lonlat = true;
     }
     if (!options.out.empty()) {
         TERRANE_TRY(write_mesh(welded, *format, options.out));
@@ -149,12 +192,24 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
     nlohmann::ordered_json summary;
     summary["triangles"] = welded.triangles.size();
     summary["vertices"] = welded.vertices_world.size();
+    if (objects) {
+        summary["ground_triangles"] = mesh.triangle_count;
+        summary["object_triangles"] = counts.triangles;
+        summary["objects"] = counts.objects;
+        summary["objects_left_out"] = counts.left_out;
+        summary["object_error_px"] = counts.error_px;
+    }
     summary["error_px"] = mesh.error_px;
     summary["status"] = name_of(mesh.status);
     summary["eye_m"] = as_array(view->eye_world);
     summary["forward"] = as_array(view->forward);
     if (!options.out.empty()) summary["out"] = options.out;
     print_summary(summary, options.json);
+    if (counts.left_out > 0) {
+        print_note(fmt::format(
+            "--budget {} leaves out {} scattered objects in view of more than --max-error-px",
+            options.budget, counts.left_out));
+    }
     return {};
 }
 
@@ -163,8 +218,12 @@ CommandResult<void> run_mesh(const MeshOptions& options) {
 void add_mesh_command(CLI::App& app, CommandContext& context) {
     const auto options = std::make_shared<MeshOptions>();
     CLI::App* mesh = app.add_subcommand(
-        "mesh", "Makes the mesh of one view, with everything loaded that it needs, and writes it");
-    add_terrain_options(*mesh, options->terrain, {"volumes"});
+        "mesh",
+        "Makes the mesh of one view, with everything loaded that it needs, and writes it: the "
+        "ground, and the objects of a scene. Placed objects are in it wherever they are, "
+        "scattered ones where the view shows more than --max-error-px of them, at levels "
+        "of detail within the view's error");
+    add_terrain_options(*mesh, options->terrain, {"volumes", "objects"});
     add_point(*mesh, "--eye", options->eye_world,
               "Where the camera is, metres; without it south of the point looked at, and above");
     add_point(*mesh, "--look", options->look_world,
@@ -172,7 +231,8 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
     add_in_range(*mesh, "--fov-deg", options->fov_deg, 0.1, 179.0,
                  "Vertical field of view, degrees");
     add_size(*mesh, "--size", options->size, "Size of the picture, pixels");
-    add_count(*mesh, "--budget", options->budget, 1, "Most triangles", kMostTriangles);
+    add_count(*mesh, "--budget", options->budget, 1,
+              "Most triangles, of the ground and of a scene's objects together", kMostTriangles);
     add_positive(*mesh, "--max-error-px", options->max_error_px,
                  "Refinement stops below this screen error, pixels");
     add_in_range(
@@ -183,12 +243,13 @@ void add_mesh_command(CLI::App& app, CommandContext& context) {
                  "Most memory that chunks take, MB of 2^20 bytes");
     mesh->add_option("--out", options->out,
                      "File to write, .ply (binary, double), .obj or .glb (glTF): one indexed mesh, "
-                     "counter-clockwise from above. A file of that name is replaced")
+                     "counter-clockwise from outside. A file of that name is replaced")
         ->type_name("FILE");
     mesh->add_flag("--lonlat", options->lonlat,
                    "Write vertices as longitude and latitude, degrees in WGS 84, and height: above "
                    "the ellipsoid if info tells how the raster's heights are, otherwise the "
                    "raster's. .ply and .obj only");
+    mesh->add_flag("--no-objects", options->no_objects, "Leave out the objects of the scene");
     mesh->add_flag("--json", options->json, "Print one JSON object");
     add_preset_option(*mesh);
     mesh->footer(

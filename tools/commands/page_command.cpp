@@ -69,7 +69,7 @@ void print_row(const PagingRow& row, bool is_only_one, bool as_json) {
     const std::string radius =
         row.policy == PagingChoice::distance ? fmt::format(" {}", row.radius) : "";
     print_text(fmt::format(
-        "{:<24} {:>5} ms {:>5} MB/s {:>5} MB  {:<12} {:>6} {:>10.2f} {:>6.1f} % {:>7} {:>8.1f}\n",
+        "{:<24} {:>5} ms {:>5} MB/s {:>5} MB  {:<12} {:>6} {:>11.2f} {:>6.1f} % {:>7} {:>8.1f}\n",
         row.cell.path + speed, row.cell.latency_ms, row.cell.bandwidth_mb, row.cell.memory_mb,
         name_of(row.policy) + radius, totals.late_frames, totals.excess_error.late_px_s,
         100.0 * totals.wasted_share(), totals.contact_late,
@@ -85,9 +85,9 @@ Result<void> play(const PageOptions& options, const Terrain& terrain, Plan& plan
     const bool keeps_frames =
         plan.rows.size() <= kMostPlottedCells * options.policies.size() && !options.out.empty();
     if (!is_only_one && !options.json) {
-        print_text(fmt::format("{:<24} {:>8} {:>10} {:>8}  {:<12} {:>6} {:>10} {:>8} {:>7} {:>8}\n",
-                               "path", "latency", "bandwidth", "memory", "policy", "late", "excess",
-                               "wasted", "contact", "peak MB"));
+        print_text(fmt::format("{:<24} {:>8} {:>10} {:>8}  {:<12} {:>6} {:>11} {:>8} {:>7} {:>8}\n",
+                               "path", "latency", "bandwidth", "memory", "policy", "late",
+                               "late excess", "wasted", "contact", "peak MB"));
     }
     const auto take = [&](std::size_t job, PagingRun run) -> Result<void> {
         PagingRow& row = plan.rows[plan.jobs[job].row];

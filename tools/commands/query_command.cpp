@@ -28,8 +28,7 @@ struct QueryOptions {
 bool is_of_ground_alone(const Parsed<Question>& question) {
     if (!question) return false;
     const auto meets_ground = [](const auto* asked) { return asked != nullptr && !asked->other; };
-    return meets_ground(std::get_if<RayQuestion>(&*question)) ||
-           meets_ground(std::get_if<ShapeQuestion>(&*question)) ||
+    return meets_ground(std::get_if<ShapeQuestion>(&*question)) ||
            meets_ground(std::get_if<CastQuestion>(&*question));
 }
 
@@ -44,11 +43,10 @@ CommandResult<void> run_query(const QueryOptions& options) {
                             {.contact_spacing = options.contact_spacing_m,
                              .memory_bytes = static_cast<std::size_t>(options.memory_mb * 0x1p20),
                              .surface = terrain.surface}));
-    PickScene scene = {.bodies = terrain.bodies,
-                       .objects = terrain.objects,
-                       .heightfield = heightfield_of(terrain)};
+    PickScene scene = {
+        .bodies = terrain.bodies, .objects = terrain.objects, .source = terrain.source};
 
-    bool has_more = !terrain.bodies.empty() || terrain.objects != nullptr;  // than ground
+    bool has_more = !scene.is_empty();  // than ground
     LonlatKeys lonlat(terrain);
     const auto answer_line = [&](std::string_view line) {
         const QueryLine asked = parse_query(line, &lonlat);
@@ -56,8 +54,8 @@ CommandResult<void> run_query(const QueryOptions& options) {
         if (asked.wants_lonlat && asked.question) lonlat.add_to(answer, *asked.question);
         if (has_more && is_of_ground_alone(asked.question)) {
             print_note(fmt::format(
-                "ray, test, find, distance, pseudodistance and cast meet the ground of the scene "
-                "'{}'; its bodies and objects are met by pick alone",
+                "test, find, distance, pseudodistance and cast meet the ground of the scene '{}'; "
+                "its bodies and objects are met by ray and pick alone",
                 options.terrain.scene));
             has_more = false;  // said once
         }
@@ -118,7 +116,7 @@ void add_query_command(CLI::App& app, CommandContext& context) {
         "With \"other\":{\"shape\":S,\"position\":..,\"rotation\":..,\"to\":..,\"to_rotation\":..} "
         "a "
         "shape or a ray meets that shape instead of the ground.\n"
-        "Bodies and objects of a scene are met by pick alone, as a note says.\n"
+        "Bodies and objects of a scene are met by ray and pick alone, as a note says.\n"
         "Over a raster with a CRS \"lonlat\":[longitude,latitude], degrees in WGS 84, stands for x "
         "and y, \"lonlat\":[longitude,latitude,z] for position, and from_lonlat, to_lonlat, "
         "eye_lonlat and look_lonlat for from, to, eye and look; the answer then gives \"lonlat\", "

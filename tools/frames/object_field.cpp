@@ -3,7 +3,6 @@
 
 #include "program/geometry.h"
 
-#include <terrane/base/text.h>
 #include <terrane/scene/culling.h>
 #include <terrane/terrain/progressive_mesh.h>
 
@@ -145,7 +144,6 @@ constexpr std::size_t kSquaresAFrame = 2;
 constexpr std::size_t kMostPending = 64;
 // A square is removed only beyond this multiple of the range, so that squares at its border do not come and go.
 constexpr double kKeepRange = 1.1;
-constexpr double kMostInSight = 4194304.0;  // most objects of a scatter in range, 2^22
 
 using Clock = std::chrono::steady_clock;
 
@@ -194,25 +192,14 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     for (const SceneScatter& wanted : objects.scatters) {
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) return about(objects.files[wanted.mesh], scatter);
-        // distance beyond which the absence of the largest object is within the target, including its fade
-        const double most_size =
-            levels[wanted.mesh].model.absence_error_m * wanted.settings.max_scale;
-        const double range =
-            most_size * (1.0 + of_scene.fade_ratio * settings.picture.pixels_per_radian() /
-                                   settings.max_error_px);
-        const WorldRect& extent = source->extent();
-        const double area_km2 =
-            1e-6 * std::min(3.2 * range * range,
-                            (extent.east - extent.west) * (extent.north - extent.south));
-        if (!(area_km2 * wanted.settings.per_km2 <= kMostInSight)) {
-            return fail(ErrorCode::invalid_argument,
-                        objects.files[wanted.mesh] +
-                            ": a scatter may have at most 2^22 objects in "
-                            "sight, got about " +
-                            number_text(area_km2 * wanted.settings.per_km2));
-        }
+        // fades included
+        const Result<double> range = sight_range(
+            wanted, levels[wanted.mesh].model.absence_error_m,
+            settings.max_error_px / (of_scene.fade_ratio * settings.picture.pixels_per_radian()),
+            source->extent());
+        if (!range) return about(objects.files[wanted.mesh], range);
         field.scattered_.push_back(std::make_unique<ScatteredModel>(ScatteredModel{
-            .scatter = *std::move(scatter), .model = models[wanted.mesh], .range = range}));
+            .scatter = *std::move(scatter), .model = models[wanted.mesh], .range = *range}));
     }
     return field;
 }

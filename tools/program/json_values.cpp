@@ -68,8 +68,11 @@ Parsed<Json> parse_json(std::string_view text) {
 
 std::string shown(const Json& value) {
     std::string text = to_line(value);
-    if (text.size() > 60) text = text.substr(0, 57) + "...";
-    return text;
+    if (text.size() <= 60) return text;
+    std::size_t end = 57;
+    // not within a character of UTF-8
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+    return text.substr(0, end) + "...";
 }
 
 Parsed<double> read_number(const Json& object, const char* key) {

@@ -204,6 +204,16 @@ bool is_on_volume(const Pick& pick, double fraction, const WorldPos& point_world
     return false;
 }
 
+/// A hit of the ground.
+Json as_json(const RayAnswer& found, bool is_volume) {
+    Json json{{"kind", is_volume ? "volume" : "ground"},
+              {"point", as_array(found.point_world)},
+              {"normal", as_array(found.normal)},
+              {"error_m", found.error_m}};
+    if (found.filled) json["filled"] = true;
+    return json;
+}
+
 /// Offers the first hit of the ground. False if required ground is not resident.
 bool pick_ground(QueryGround& ground, Pick& pick) {
     const double spacing = ground.ground().spacing();
@@ -218,18 +228,14 @@ bool pick_ground(QueryGround& ground, Pick& pick) {
     if (found.status == QueryStatus::not_resident) return false;
     if (found.status != QueryStatus::ok) return true;
     const double fraction = begin + found.fraction * (end - begin);
-    const bool is_volume = is_on_volume(pick, fraction, found.point_world, ground.ground());
-    Json answer{{"kind", is_volume ? "volume" : "ground"},
-                {"point", as_array(found.point_world)},
-                {"normal", as_array(found.normal)},
-                {"error_m", found.error_m}};
-    if (found.filled) answer["filled"] = true;
-    pick.offer(fraction, std::move(answer));
+    pick.offer(fraction,
+               as_json(found, is_on_volume(pick, fraction, found.point_world, ground.ground())));
     return true;
 }
 
 void pick_bodies(const std::vector<PlacedBody>& bodies, Pick& pick) {
     const double length = pick.displacement.norm();
+    if (length == 0.0) return;
     for (std::size_t i = 0; i < bodies.size(); ++i) {
         const Shape& shape = bodies[i].settings.shape;
         const Pose& pose = bodies[i].state.pose;
@@ -266,16 +272,28 @@ Json as_json(const PickedObject& found, const SceneObjects& objects) {
     return json;
 }
 
+/// Offers the first hit of an object.
 Result<void> pick_objects(PickScene& scene, Pick& pick) {
     if (scene.objects == nullptr) return {};
     if (!scene.picker) {
-        TERRANE_TRY(ObjectPicker made, ObjectPicker::create(scene.heightfield, *scene.objects));
+        TERRANE_TRY(ObjectPicker made, ObjectPicker::create(scene.source, *scene.objects));
         scene.picker.emplace(std::move(made));
     }
     TERRANE_TRY(const auto found, scene.picker->ray(pick.from_world, pick.at(1.0), pick.fraction));
     if (found && found->fraction < pick.fraction)
         pick.offer(found->fraction, as_json(*found, *scene.objects));
     return {};
+}
+
+/// Offers the first hits of bodies and objects. False, with the answer's status, if objects could not be placed.
+bool pick_more(PickScene& scene, Pick& pick, Json& answer) {
+    pick_bodies(scene.bodies, pick);
+    const Result<void> ok = pick_objects(scene, pick);
+    if (ok) return true;
+    const bool is_unread = ok.error().code == ErrorCode::io;
+    answer["status"] = is_unread ? "not_resident" : "invalid";
+    if (!is_unread) answer["message"] = ok.error().message;
+    return false;
 }
 
 }  // namespace
@@ -290,13 +308,7 @@ void answer_pick(const PickQuestion& question, QueryGround& ground, PickScene& s
         answer["status"] = "not_resident";
         return;
     }
-    pick_bodies(scene.bodies, pick);
-    if (const Result<void> ok = pick_objects(scene, pick); !ok) {
-        const bool is_unread = ok.error().code == ErrorCode::io;
-        answer["status"] = is_unread ? "not_resident" : "invalid";
-        if (!is_unread) answer["message"] = ok.error().message;
-        return;
-    }
+    if (!pick_more(scene, pick, answer)) return;
     const bool is_hit = !pick.nearest.empty();
     answer["status"] = is_hit ? "ok" : "miss";
     answer["hit"] = is_hit;
@@ -331,7 +343,9 @@ void answer_height(const HeightQuestion& question, QueryGround& ground, Json& an
     }
 }
 
-void answer_ray(const RayQuestion& question, QueryGround& ground, Json& answer) {
+/// Answers with the first hit of the ground or, in a scene that has them, of a body or an object, in the order of
+/// answer_pick().
+void answer_ray(const RayQuestion& question, QueryGround& ground, PickScene& scene, Json& answer) {
     const auto short_ray = [&] {
         return ask_along(ground, question.from_world, question.to_world, 0.0, [&] {
             return ground.ground().ray(question.from_world, question.to_world);
@@ -340,15 +354,24 @@ void answer_ray(const RayQuestion& question, QueryGround& ground, Json& answer) 
     const double length = (question.to_world - question.from_world).head<2>().norm();
     const RayAnswer found =
         length > kLongRay ? long_ray(ground, question.from_world, question.to_world) : short_ray();
-    answer["status"] = name_of(found.status);
-    if (found.status == QueryStatus::miss) answer["hit"] = false;
-    if (found.status != QueryStatus::ok) return;
-    answer["hit"] = true;
-    answer["fraction"] = found.fraction;
-    answer["point"] = as_array(found.point_world);
-    answer["normal"] = as_array(found.normal);
-    answer["error_m"] = found.error_m;
-    if (found.filled) answer["filled"] = true;
+    if (found.status != QueryStatus::ok && found.status != QueryStatus::miss) {
+        answer["status"] = name_of(found.status);
+        return;
+    }
+    Pick pick{.from_world = question.from_world,
+              .displacement = question.to_world - question.from_world};
+    if (found.status == QueryStatus::ok) {
+        const bool is_volume =
+            is_on_volume(pick, found.fraction, found.point_world, ground.ground());
+        pick.offer(found.fraction, as_json(found, is_volume));
+    }
+    if (!pick_more(scene, pick, answer)) return;
+    const bool is_hit = !pick.nearest.empty();
+    answer["status"] = is_hit ? "ok" : "miss";
+    answer["hit"] = is_hit;
+    if (!is_hit) return;
+    answer["fraction"] = pick.fraction;
+    answer.update(pick.nearest);
 }
 
 Json as_json(const Contact& contact) {
@@ -509,7 +532,8 @@ nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground, 
     if (const auto* height = std::get_if<HeightQuestion>(&question)) {
         answer_height(*height, ground, answer);
     } else if (const auto* ray = std::get_if<RayQuestion>(&question)) {
-        ray->other ? answer_shape_ray(*ray, *ray->other, answer) : answer_ray(*ray, ground, answer);
+        ray->other ? answer_shape_ray(*ray, *ray->other, answer)
+                   : answer_ray(*ray, ground, scene, answer);
     } else if (const auto* shape = std::get_if<ShapeQuestion>(&question)) {
         shape->other ? answer_pair(*shape, *shape->other, answer)
                      : answer_shape(*shape, ground, answer);

@@ -42,12 +42,15 @@ void answer_shape_ray(const RayQuestion& question, const OtherShape& other,
 /// The motion between two poses that rotates by at most half a turn.
 Motion motion_to(const Pose& start, const WorldPos& to_world, const Eigen::Matrix3d& to_rotation);
 
-/// What a pick can hit besides the ground.
+/// What a pick or a ray can hit besides the ground.
 struct PickScene {
-    std::vector<PlacedBody> bodies = {};                   ///< of a scene, in their initial state
-    std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
-    std::shared_ptr<const HeightSource> heightfield = {};  ///< ground of scattered objects
-    std::optional<ObjectPicker> picker = {};               ///< created by the first pick
+    std::vector<PlacedBody> bodies = {};               ///< of a scene, in their initial state
+    std::shared_ptr<const SceneObjects> objects = {};  ///< of a scene; null: none
+    /// Ground of scattered objects, with its volumes: no objects stand where a volume replaces it.
+    std::shared_ptr<const HeightSource> source = {};
+    std::optional<ObjectPicker> picker = {};  ///< created by the first pick or ray
+
+    bool is_empty() const { return bodies.empty() && objects == nullptr; }
 };
 
 /// Answers with the nearest hit of ground, bodies and objects on the ray through a point of a picture. At equal
@@ -60,9 +63,9 @@ void answer_pick(const PickQuestion& question, QueryGround& ground, PickScene& s
 /// The answer depends only on the question, the terrain and the contact spacing, not on earlier questions. It is
 /// `not_resident` only if the ground for the question exceeds the memory ceiling, or the source cannot be read.
 ///
-/// @param scene bodies and objects for picks
+/// @param scene bodies and objects for picks and rays
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground, PickScene& scene);
-/// The same, with only the ground to pick.
+/// The same, with only the ground.
 nlohmann::ordered_json answer_query(const QueryLine& line, QueryGround& ground);
 
 /// `{"status":"invalid","message":..}`, as answer_query() returns for an invalid line.

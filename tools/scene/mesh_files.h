@@ -113,6 +113,8 @@ struct IndexedMesh {
     std::vector<std::array<std::uint8_t, 4>> colours = {};
     std::vector<Eigen::Vector3f> normals = {};  ///< [vertices_world] unit length, or empty
     std::vector<Eigen::Vector2f> texture_coordinates = {};  ///< [vertices_world], or empty
+    /// Whether x and y are longitude and latitude, degrees in WGS 84: a comment of PLY and OBJ files says so.
+    bool is_lonlat = false;
 };
 
 /// Whether a mesh has normals.

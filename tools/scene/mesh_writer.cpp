@@ -24,6 +24,12 @@ constexpr const char* kNormals = "property float nx\nproperty float ny\nproperty
 constexpr const char* kTexture = "property float s\nproperty float t\n";
 constexpr const char* kColours = "property uchar red\nproperty uchar green\nproperty uchar blue\n";
 
+/// What the coordinates of a mesh are, for a comment.
+const char* describe_axes(const IndexedMesh& mesh) {
+    return mesh.is_lonlat ? "x longitude, y latitude, degrees in WGS 84; z up, metres"
+                          : "metres, x east, y north, z up";
+}
+
 /// Appends a number in little-endian order.
 template <class T>
 void append(std::string& bytes, T value) {
@@ -44,21 +50,21 @@ IndexedMesh weld(const TerrainMesh& mesh, Normals normals) {
 
 Result<void> write_ply(const IndexedMesh& mesh, const std::string& path) {
     TERRANE_TRY(OutputFile file, OutputFile::create(path));
-    file.write(
-        fmt::format("ply\n"
-                    "format binary_little_endian 1.0\n"
-                    "comment Terrane: metres, x east, y north, z up\n"
-                    "element vertex {}\n"
-                    "property double x\n"
-                    "property double y\n"
-                    "property double z\n"
-                    "{}{}{}"
-                    "element face {}\n"
-                    "property list uchar uint vertex_indices\n"
-                    "end_header\n",
-                    mesh.vertices_world.size(), mesh.normals.empty() ? "" : kNormals,
-                    mesh.texture_coordinates.empty() ? "" : kTexture,
-                    mesh.colours.empty() ? "" : kColours, mesh.triangles.size()));
+    file.write(fmt::format(
+        "ply\n"
+        "format binary_little_endian 1.0\n"
+        "comment Terrane: {}\n"
+        "element vertex {}\n"
+        "property double x\n"
+        "property double y\n"
+        "property double z\n"
+        "{}{}{}"
+        "element face {}\n"
+        "property list uchar uint vertex_indices\n"
+        "end_header\n",
+        describe_axes(mesh), mesh.vertices_world.size(), mesh.normals.empty() ? "" : kNormals,
+        mesh.texture_coordinates.empty() ? "" : kTexture, mesh.colours.empty() ? "" : kColours,
+        mesh.triangles.size()));
     std::string bytes;
     for (std::size_t i = 0; i < mesh.vertices_world.size(); ++i) {
         bytes.clear();
@@ -207,7 +213,7 @@ void write_corner(const IndexedMesh& mesh, std::uint32_t vertex, fmt::memory_buf
 
 Result<void> write_obj(const IndexedMesh& mesh, const std::string& path) {
     TERRANE_TRY(OutputFile file, OutputFile::create(path));
-    file.write("# Terrane: metres, x east, y north, z up; counter-clockwise seen from above\n");
+    file.write(fmt::format("# Terrane: {}; counter-clockwise from outside\n", describe_axes(mesh)));
     fmt::memory_buffer line;
     for (std::size_t i = 0; i < mesh.vertices_world.size(); ++i) {
         const WorldPos& p_world = mesh.vertices_world[i];

@@ -29,7 +29,7 @@ constexpr EncodingName kEncodings[] = {{"numbers", HeightEncoding::numbers},
                                        {"terrarium", HeightEncoding::terrarium},
                                        {"mapbox", HeightEncoding::mapbox}};
 
-constexpr std::string_view kProjections[] = {"own", "local"};
+constexpr std::string_view kProjections[] = {"none", "local"};
 constexpr DemProjection kProjectionOf[] = {DemProjection::own, DemProjection::local};
 
 /// Parses "none" or "A,B,C"; absent for anything else.
@@ -151,9 +151,10 @@ void add_raster_options(CLI::App& app, RasterOptions& options) {
     add_choice(
         app, "--project", {std::begin(kProjections), std::end(kProjections)}, 0,
         [&options](std::size_t number) { options.project = kProjectionOf[number]; },
-        "Plane of a raster's world: of its own CRS, or the local tangent plane at its middle, in "
+        "Plane of a raster's world: that of its own CRS, or the local tangent plane at its middle, "
+        "in "
         "which lengths and angles are true and the ground falls away with the Earth's curvature; "
-        "own unless said")
+        "none unless said: that of its CRS")
         ->default_str("")
         ->group("Terrain");
 }
@@ -179,7 +180,7 @@ Parsed<bool> read_raster_key(const std::string& key, const Json& value,
     } else if (key == "project") {
         const auto* const found = std::ranges::find_if(
             kProjections, [&value](std::string_view name) { return value == name; });
-        if (found == std::end(kProjections)) return wrong("own or local");
+        if (found == std::end(kProjections)) return wrong("none or local");
         options_out.project = kProjectionOf[found - std::begin(kProjections)];
     } else {
         return false;

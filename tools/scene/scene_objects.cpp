@@ -5,6 +5,8 @@
 #include "scene/mesh_files.h"
 #include "scene/raster_options.h"
 
+#include <terrane/base/text.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -303,6 +305,21 @@ Parsed<SceneObjects> read_objects(const Json& list, const std::string& folder) {
         if (!read) return wrong(path + "." + read.error());
     }
     return std::move(reader.made);
+}
+
+Result<double> sight_range(const SceneScatter& scatter, double size, double error_angle,
+                           const WorldRect& extent) {
+    constexpr double kMostInSight = 4194304.0;  // 2^22
+    const double range = size * scatter.settings.max_scale * (1.0 + 1.0 / error_angle);
+    const double area_km2 = 1e-6 * std::min(3.2 * range * range, (extent.east - extent.west) *
+                                                                     (extent.north - extent.south));
+    const double count = area_km2 * scatter.settings.per_km2;
+    if (!(count <= kMostInSight)) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "a scatter may have at most 2^22 objects in sight, got about " + number_text(count));
+    }
+    return range;
 }
 
 }  // namespace terrane::tools

@@ -107,6 +107,16 @@ struct SceneObjects {
 /// @param folder base of relative paths
 Parsed<SceneObjects> read_objects(const nlohmann::ordered_json& list, const std::string& folder);
 
+/// Distance beyond which a scatter shows no object: the absence of the largest one is within an error there.
+///
+/// @param size        error of the absence of an object of scale 1, metres
+/// @param error_angle largest screen error over the pixels per radian, > 0
+/// @param extent      of the ground
+///
+/// Fails: invalid_argument if about 2^22 objects or more may be within that distance
+Result<double> sight_range(const SceneScatter& scatter, double size, double error_angle,
+                           const WorldRect& extent);
+
 /// The pose of a scattered object, without its scale.
 inline Pose pose_of(const ScatterPoint& point) {
     const double c = point.half_turn_cosine, s = point.half_turn_sine;

@@ -384,9 +384,10 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
         "The same choices in a JSON file, with the keys dem, seed, fractal, "
         "detail_m, height_unit, height_scale, nodata, encoding, cell_m and project; and bodies, "
         "which drop, drive and walk play, and fly shows, surface, the friction by place, "
-        "volumes: caves, tunnels, digs, objects and nodes, which fly, drive and walk "
-        "show, and for pictures water_m, the level of water, and imagery, a raster of "
-        "colours. A note names those that the command does not use");
+        "volumes: caves, tunnels, digs, objects, which fly, drive and walk show and mesh writes, "
+        "nodes, which they show, "
+        "and for pictures water_m, the level of water, and imagery, a raster of colours. A note "
+        "names those that the command does not use");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
     app.add_option(
@@ -627,10 +628,13 @@ std::string note_of(const Terrain& terrain) {
     note["filled_share"] = dem.filled_share;
     note["crs"] = dem.crs;
     note["crs_wkt"] = dem.crs_wkt;
+    if (dem.projection == DemProjection::local)
+        note["tangent_plane_at"] = {dem.middle_longitude, dem.middle_latitude};
     note["geographic"] = dem.geographic;
     note["centre"] = {dem.centre_x, dem.centre_y};
     note["metres_per_unit"] = {dem.metres_per_unit_x, dem.metres_per_unit_y};
     note["scale_error"] = dem.scale_error;
+    if (dem.resampling_error > 0.0) note["resampling_error_m"] = dem.resampling_error;
     return note.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
 }
 
@@ -652,12 +656,18 @@ CommandResult<Terrain> open_baked(const std::string& path) {
         dem.filled_share = note.at("filled_share").get<double>();
         dem.crs = note.at("crs").get<std::string>();
         dem.crs_wkt = note.value("crs_wkt", std::string());
+        if (const auto place = note.find("tangent_plane_at"); place != note.end()) {
+            dem.projection = DemProjection::local;
+            dem.middle_longitude = place->at(0).get<double>();
+            dem.middle_latitude = place->at(1).get<double>();
+        }
         dem.geographic = note.at("geographic").get<bool>();
         dem.centre_x = note.at("centre").at(0).get<double>();
         dem.centre_y = note.at("centre").at(1).get<double>();
         dem.metres_per_unit_x = note.at("metres_per_unit").at(0).get<double>();
         dem.metres_per_unit_y = note.at("metres_per_unit").at(1).get<double>();
         dem.scale_error = note.at("scale_error").get<double>();
+        dem.resampling_error = note.value("resampling_error_m", 0.0);
         terrain.dem = dem;
     } catch (const nlohmann::json::exception&) {
         // another program wrote the note; the terrain does not need it

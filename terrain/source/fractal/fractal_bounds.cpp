@@ -21,11 +21,8 @@
 #include <span>
 
 namespace terrane {
-namespace {
 
-/// Each of the following bounds is a sum of at most 24 terms of a few operations: its relative error is below 2^-45.
-
-}  // namespace
+// Each bound of an OctaveBounds is a sum of at most 24 terms of a few operations: its relative error is below 2^-45.
 
 OctaveBounds::OctaveBounds(std::span<const OctaveScale> octaves)
     : octaves_(octaves.begin(), octaves.end()) {
@@ -91,7 +88,7 @@ namespace {
 
 using Deviation = FractalBounds::Deviation;
 
-/// The following bounds take a few hundred operations on numbers >= 0: their relative error is below 2^-44.
+// The following bounds take a few hundred operations on numbers >= 0: their relative error is below 2^-44.
 
 Deviation within(double length, Deviation of) {
     const double spread = std::min(of.spread, length);

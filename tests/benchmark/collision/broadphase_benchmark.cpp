@@ -141,10 +141,10 @@ struct Settings {
     bool is_quick = false;
     bool is_alone = false;
     std::size_t most = 1'000'000;
-    std::string only = {};
+    Choice only{"", Choice::Match::whole};  ///< of the kinds
 };
 
-int run(const Settings& settings) {
+int run(Settings& settings) {
     const bool is_quick = settings.is_quick;
     std::printf("%s\n", describe_machine().c_str());
     std::printf("spheres of 1 m, 2 %% of the volume, 1/60 m a step; medians, ms\n");
@@ -159,7 +159,7 @@ int run(const Settings& settings) {
         const int steps = is_quick ? 5 : count > 200'000 ? 11 : 61;
         std::size_t touching = 0;
         for (const BroadphaseKind kind : {BroadphaseKind::grid, BroadphaseKind::sap}) {
-            if (!settings.only.empty() && settings.only != to_string(kind)) continue;
+            if (!settings.only.has(std::string(to_string(kind)))) continue;
             // Runs of minutes add no information.
             if (kind != BroadphaseKind::grid && count > 100'000) continue;
             const Costs costs = measure(kind, count, steps);
@@ -177,7 +177,7 @@ int run(const Settings& settings) {
             is_sound = is_sound && costs.touching == touching;
         }
 #ifdef TERRANE_BENCH_BULLET
-        if (!settings.is_alone && settings.only.empty() && count <= 100'000) {
+        if (!settings.is_alone && settings.only.is_all() && count <= 100'000) {
             std::size_t of_peer = 0;
             measure_peer(PeerBroadphase::tree, "Bullet dbvt", count, steps, of_peer);
             is_sound = is_sound && of_peer == touching;
@@ -208,7 +208,9 @@ int main(int argc, char** argv) {
     Settings settings{.is_quick = arguments.has("--quick"), .is_alone = arguments.has("--alone")};
     if (settings.is_quick) settings.most = 10'000;
     settings.most = arguments.number("--most", 1.0, 1e8, settings.most);
-    settings.only = arguments.text("--only", "");
+    settings.only = {arguments.text("--only", ""), Choice::Match::whole};
     arguments.finish();
-    return run(settings);
+    const int code = run(settings);
+    settings.only.finish(arguments);
+    return code;
 }

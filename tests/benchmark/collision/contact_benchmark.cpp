@@ -92,12 +92,9 @@ struct Row {
 
 /// Extent of a comparison.
 struct ComparisonSettings {
-    bool is_quick = false;  ///< one round, cold
-    bool is_alone = false;  ///< without the peers
-    std::string only;       ///< queries whose name contains this
-    bool wants(const std::string& question) const {
-        return question.find(only) != std::string::npos;
-    }
+    bool is_quick = false;   ///< one round, cold
+    bool is_alone = false;   ///< without the peers
+    Choice* only = nullptr;  ///< of queries; not null
 };
 
 /// Median over up to nine rounds after a warm-up, nanoseconds a query of the calling thread's time. Rounds of seconds,
@@ -169,7 +166,7 @@ public:
     /// same gaps. Missed: overlapping, or with a gap within the margin of an engine that has one, but no contact.
     void shallow_contacts(const char* question, const Shape& shape, std::size_t count,
                           std::uint64_t seed) {
-        if (!settings_.wants(question)) return;
+        if (!settings_.only->has(question)) return;
         std::vector<std::pair<Cut, ShallowPoses>> of_surfaces;
         const auto poses_on = [&](Cut cut) -> const ShallowPoses& {
             for (const auto& [known, poses] : of_surfaces) {
@@ -249,7 +246,7 @@ private:
              const std::function<bool(ContactEngine&, std::span<Answer>)>& answer,
              const std::function<bool(Answer)>& is_found,
              const std::function<bool(const ContactEngine&, std::size_t)>& is_there) {
-        if (!settings_.wants(question)) return;
+        if (!settings_.only->has(question)) return;
         std::fprintf(stderr, "  %s\n", question);
         Row row{.question = question, .queries = queries};
         std::vector<Answer> answers(queries);
@@ -304,7 +301,8 @@ bool run(const ComparisonSettings& settings) {
     // the same box, 2 x 4 x 1 m, over 10^5 cells
     constexpr const char* kTurned = "contacts of a car on 1 cm ground, turned";
     constexpr const char* kStanding = "contacts of a car on 1 cm ground, standing";
-    if (!settings.wants(kTurned) && !settings.wants(kStanding)) return is_sound;
+    const bool has_turned = settings.only->has(kTurned);
+    if (!settings.only->has(kStanding) && !has_turned) return is_sound;
     const ContactMap fine_map = make_contact_map(is_quick ? 1025 : 2049, 0.01);
     std::printf("contact map, %d x %d samples at 1 cm\n", fine_map.table.columns,
                 fine_map.table.rows);
@@ -321,9 +319,11 @@ bool run(const ComparisonSettings& settings) {
 int main(int argc, char** argv) {
     using namespace terrane::bench;
     Arguments arguments(argc, argv, "contact_benchmark [--quick] [--alone] [--only TEXT]");
-    const ComparisonSettings settings{.is_quick = arguments.has("--quick"),
-                                      .is_alone = arguments.has("--alone"),
-                                      .only = arguments.text("--only", "")};
+    Choice only(arguments.text("--only", ""), Choice::Match::part);
+    const ComparisonSettings settings{
+        .is_quick = arguments.has("--quick"), .is_alone = arguments.has("--alone"), .only = &only};
     arguments.finish();
-    return run(settings) ? 0 : 1;
+    const bool is_sound = run(settings);
+    only.finish(arguments);
+    return is_sound ? 0 : 1;
 }

@@ -72,7 +72,7 @@ Times measure(const Place& place, const Shape& shape, int count, int steps) {
     return times;
 }
 
-void run(bool is_quick, const std::string& only) {
+void run(bool is_quick, Choice& only) {
     std::printf("%s\n", describe_machine().c_str());
     const auto rough = [](double x, double y) {
         return 60.0 + 0.4 * std::sin(0.5 * x) * std::cos(0.4 * y);
@@ -86,7 +86,7 @@ void run(bool is_quick, const std::string& only) {
     std::printf("%-8s %12s %12s %6s %14s %14s %6s\n", "", "step, us", "in a cavity", "ratio",
                 "contacts, us", "in a cavity", "ratio");
     for (const Named& each : make_shapes()) {
-        if (!only.empty() && only != each.name) continue;
+        if (!only.has(each.name)) continue;
         const Times a = measure({field, 60.0}, each.shape, count, steps);
         const Times b = measure({solid, 24.3}, each.shape, count, steps);
         std::printf("%-8s %12.2f %12.2f %6.2f %14.2f %14.2f %6.2f\n", each.name, a.step_us,
@@ -99,11 +99,12 @@ void run(bool is_quick, const std::string& only) {
 }  // namespace terrane::bench
 
 int main(int argc, char** argv) {
-    terrane::bench::Arguments arguments(argc, argv,
-                                        "mesh_contact_benchmark [--quick] [--only SHAPE]");
+    using namespace terrane::bench;
+    Arguments arguments(argc, argv, "mesh_contact_benchmark [--quick] [--only SHAPE]");
     const bool is_quick = arguments.has("--quick");
-    const std::string only = arguments.text("--only", "");
+    Choice only(arguments.text("--only", ""), Choice::Match::whole);
     arguments.finish();
-    terrane::bench::run(is_quick, only);
+    run(is_quick, only);
+    only.finish(arguments);
     return 0;
 }

@@ -255,7 +255,7 @@ double median_ms(int runs, const Function& function) {
 
 struct Options {
     bool is_quick = false;
-    std::string only = {};  // a part of the names of methods
+    Choice only{"", Choice::Match::part};  // of methods
     int runs = 3;
 };
 
@@ -335,7 +335,7 @@ std::vector<Simplifier> all_simplifiers() {
     return all;
 }
 
-bool compare(const char* name, const ShapeMesh& mesh, const Options& options) {
+bool compare(const char* name, const ShapeMesh& mesh, Options& options) {
     const std::size_t count = mesh.triangles.size();
     std::printf("%s: %zu triangles\n", name, count);
     std::printf("  %5s %-22s %9s %10s %10s %10s %9s %9s %7s %6s %6s %9s\n", "share", "method",
@@ -345,7 +345,7 @@ bool compare(const char* name, const ShapeMesh& mesh, const Options& options) {
     for (const double share : {0.5, 0.1, 0.01}) {
         const auto target = static_cast<std::size_t>(share * static_cast<double>(count));
         for (const Simplifier& method : all_simplifiers()) {
-            if (method.name.find(options.only) == std::string::npos) continue;
+            if (!options.only.has(method.name)) continue;
             const Simplified made = method.run(mesh, target, options.runs);
             const SurfaceMeasure m =
                 measure_surfaces(mesh, made.mesh, options.is_quick ? 2'000 : 400'000);
@@ -416,7 +416,7 @@ int main(int argc, char** argv) {
     Options options;
     options.is_quick = arguments.has("--quick");
     if (options.is_quick) options.runs = 1;
-    options.only = arguments.text("--only", "");
+    options.only = {arguments.text("--only", ""), Choice::Match::part};
     const std::string given = arguments.text("--mesh", "");
     arguments.finish();
     std::printf("%s\n", describe_machine().c_str());
@@ -433,6 +433,7 @@ int main(int argc, char** argv) {
         holds &= compare("fractal of seed 20, cells of 4 m", fractal, options);
         measure_playing(fractal, options.runs);
     }
+    options.only.finish(arguments);
     if (!holds) std::printf("FAILED: a sample is farther than the certified distance\n");
     return holds ? 0 : 1;
 }

@@ -124,8 +124,8 @@ ExtremeRow overlap_row() {
     row.limit = 0.02;
     row.values = {1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6};
     row.note =
-        "Larger ratios are accepted and not promised: beyond 1e7 the heavier body sinks into the "
-        "lighter one.";
+        "Larger ratios are accepted, but nothing is promised: beyond 1e7 the heavier body sinks "
+        "into the lighter one.";
     row.measure = stack_overlap;
     return row;
 }
@@ -166,7 +166,7 @@ ExtremeRow count_row() {
                    .long_values = {1e4, 1e5, 1e6}};
     row.measure = crowd_depth_share;
     row.refusal = [](double) { return std::string(); };
-    row.note = "Memory ends it: std::bad_alloc.";
+    row.note = "Only memory limits it: std::bad_alloc.";
     return row;
 }
 

@@ -98,7 +98,7 @@ ExtremeRow place_row() {
         return message_of(Lattice{.origin_x = place, .spacing = 1e-3}.validate());
     };
     row.ends = {{1e9, 1e300, false, "origin_x"}};
-    row.note = "The end is that of a spacing of 1 mm; it grows in proportion to the spacing.";
+    row.note = "This limit is that of a spacing of 1 mm; it is proportional to the spacing.";
     return row;
 }
 
@@ -125,7 +125,7 @@ ExtremeRow fractal_place_row() {
     };
     row.ends = {{1e9, 1e12, false, "root squares"}};
     row.note =
-        "Beyond 1e9 m the grain of doubles shows in questions and answers: 1.5e-5 m at 1e11 m.";
+        "Beyond 1e9 m the rounding of doubles shows in queries and answers: 1.5e-5 m at 1e11 m.";
     return row;
 }
 
@@ -148,7 +148,9 @@ ExtremeRow height_row() {
         return source ? message_of(make_chunk(**source, {0, 0, 0})) : message_of(source);
     };
     row.ends = {{0.0, -1e15, false, "range.low"}, {0.0, 1e15, false, "range.low"}};
-    row.note = "The quantum has to hold the height in 2^30 quanta: 2^-12 m up to 262 km.";
+    row.note =
+        "A height is at most 2^30 quanta, so a quantum of 2^-12 m suffices for heights of up to "
+        "262 km.";
     return row;
 }
 
@@ -169,7 +171,7 @@ ExtremeRow height_contact_row() {
         return source ? message_of(make_chunk(**source, {0, 0, 0})) : message_of(source);
     };
     row.ends = {{0.0, -1e9, false, "quantum"}, {0.0, 1e9, false, "quantum"}};
-    row.note = "The ends are those of a quantum of 2^-6 m.";
+    row.note = "These limits are those of a quantum of 2^-6 m.";
     return row;
 }
 

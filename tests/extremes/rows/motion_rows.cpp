@@ -126,12 +126,13 @@ double cast_gap_share(double length) {
 }
 
 ExtremeRow cast_row() {
-    ExtremeRow row{.name = "LengthOfACast",
-                   .topic = "Speeds",
-                   .swept = "length of a motion towards the ground, m",
-                   .promise = "At the reported time of contact the gap is 0 to the tolerance.",
-                   .figure = "largest gap at the reported time / tolerance",
-                   .values = {100.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e11}};
+    ExtremeRow row{
+        .name = "LengthOfACast",
+        .topic = "Speeds",
+        .swept = "length of a motion towards the ground, m",
+        .promise = "At the reported time of contact the gap is between 0 and the tolerance.",
+        .figure = "largest gap at the reported time / tolerance",
+        .values = {100.0, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e11}};
     row.measure = cast_gap_share;
     row.refusal = [](double length) -> std::string {
         Motion motion;

@@ -40,7 +40,7 @@ ExtremeRow awake_row() {
         return drift(Box{Eigen::Vector3d::Constant(0.5)}, false, seconds);
     };
     row.refusal = [](double) { return std::string(); };
-    row.note = "Nothing ends it: a world counts no steps.";
+    row.note = "There is no limit: a world does not count steps.";
     return row;
 }
 

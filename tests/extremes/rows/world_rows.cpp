@@ -59,8 +59,8 @@ ExtremeRow chunks_row() {
     };
     row.ends = {{0x1p31, 0x1p34, true, "root squares"}};
     row.note =
-        "Without a root window a pager keeps all root squares resident: the 128 by 128 of a world "
-        "of 2^31 chunks a side take 2 GB.";
+        "Without a root window a pager keeps all root squares resident: in a world of 2^31 chunks "
+        "a side, 128 by 128 of them take 2 GB.";
     return row;
 }
 

@@ -50,6 +50,8 @@ enum class Breach {
     too_high,          ///< heights above the range of 32-bit quanta
     read_error,        ///< grids beyond 30 km fail
     exception,         ///< grids beyond 30 km throw
+    height_throws,     ///< height() throws a number beyond 30 km
+    mesh_throws,       ///< mesh_bounds() throws a number
     bad_quantum,
     no_extent,
 };
@@ -91,7 +93,8 @@ public:
           maker_(this_thread()) {}
 
     double height(double x, double y) const override {
-        const double z = 0.5 * kCurvature * (x * x + y * y);
+        const double z = bowl_at(x, y);
+        if (x > 30'000.0 && breaks(Breach::height_throws)) throw 7;
         if (breaks(Breach::single_precision) && std::max(std::abs(x), std::abs(y)) > 50'000.0) {
             return static_cast<double>(static_cast<float>(z));
         }
@@ -110,8 +113,9 @@ public:
         std::size_t i = 0;
         for (int row = 0; row < grid.rows; ++row) {
             for (int column = 0; column < grid.columns; ++column, ++i) {
-                heights_out[i] = height(lattice().x(grid.corner.x + column * grid.step + shift),
-                                        lattice().y(grid.corner.y + row * grid.step));
+                const double x = lattice().x(grid.corner.x + column * grid.step + shift);
+                const double y = lattice().y(grid.corner.y + row * grid.step);
+                heights_out[i] = breaks(Breach::height_throws) ? bowl_at(x, y) : height(x, y);
                 if (has_other_bits) heights_out[i] = std::nextafter(heights_out[i], 1e9);
             }
         }
@@ -154,6 +158,7 @@ public:
 
     Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                              std::span<float> cell_bounds_out) const override {
+        if (breaks(Breach::mesh_throws)) throw 7;
         const Result<void> made =
             HeightSource::mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
         if (made && breaks(Breach::mesh_bounds)) {
@@ -187,6 +192,7 @@ public:
 
 private:
     bool breaks(Breach breach) const { return breach_ == breach; }
+    static double bowl_at(double x, double y) { return 0.5 * kCurvature * (x * x + y * y); }
 
     bool was_asked(const SampleGrid& grid) const {
         const std::lock_guard lock(mutex_);
@@ -249,6 +255,8 @@ INSTANTIATE_TEST_SUITE_P(Breaches, CheckSource,
                                          Case{Breach::too_high, 1.0, SourceLaw::fits_quanta},
                                          Case{Breach::read_error, 1.0, SourceLaw::answers},
                                          Case{Breach::exception, 1.0, SourceLaw::answers},
+                                         Case{Breach::height_throws, 1.0, SourceLaw::finite},
+                                         Case{Breach::mesh_throws, 1.0, SourceLaw::answers},
                                          Case{Breach::bad_quantum, 1.0, SourceLaw::valid_lattice},
                                          Case{Breach::no_extent, 1.0, SourceLaw::valid_lattice}),
                          [](const auto& tested) {

@@ -92,7 +92,7 @@ class Pick(Folder):
         # a scatter in the list, too thin to have an object here: entries keep their numbers
         objects.insert(3, {"scatter": {"mesh": mesh, "per_km2": 1e-6}})
         scene = self.scene(dem=self.flat(), objects=objects, bodies=bodies)
-        questions, wanted = [], []
+        questions, rays, wanted = [], [], []
         for _ in range(1500):
             eye = np.array([*random.uniform(-100, 100, 2), random.uniform(101, 160)])
             aim = (objects + bodies)[random.integers(25)].get("position", [0, 0, 95])
@@ -119,15 +119,23 @@ class Pick(Folder):
             if inside or beside or second - first < 1e-6 or abs(first - far) < 1e-6:
                 continue
             questions.append(self.pick(eye, pixel, look=list(look), far_m=far))
+            rays.append({"op": "ray", "from": list(eye), "to": list(eye + far * direction)})
             wanted.append((min(distances, key=distances.get), first, eye + first * direction))
         kinds = {}
-        for question, ((kind, index), distance, point), answer in zip(questions, wanted, ask(scene, questions),
-                                                                       strict=True):
+        answers = ask(scene, questions + rays)
+        for question, ((kind, index), distance, point), answer, ray in zip(
+                questions, wanted, answers[:len(questions)], answers[len(questions):], strict=True):
             message = f"seed {SEED}, {question}, {answer}"
             if distance > far:
                 self.assertEqual(answer, {"status": "miss", "hit": False, "kind": "none"}, message)
+                self.assertEqual(ray, {"status": "miss", "hit": False}, message)
                 kind = "none"
             else:
+                self.assertAlmostEqual(ray.pop("fraction") * far, answer["distance"], places=6, msg=message)
+                for key in ("point", "normal"):
+                    np.testing.assert_allclose(ray.pop(key), answer[key], atol=1e-6, err_msg=message)
+                self.assertEqual(ray, {key: answer[key] for key in ray}, message)
+                self.assertEqual(set(answer) - set(ray), {"distance", "point", "normal"}, message)
                 self.assertEqual((answer["status"], answer["kind"]), ("ok", kind), message)
                 self.assertAlmostEqual(answer["distance"], distance, places=6, msg=message)
                 np.testing.assert_allclose(answer["point"], point, atol=1e-6, err_msg=message)

@@ -155,7 +155,7 @@ class Scenes(Folder):
                                objects=[{"mesh": "rock.obj", "position": [50, 50, 0]}])
         flight = ("--seconds", 2, *SMALL)
         for arguments, unused in (
-                (("info",), "bodies, water_m, surface, objects"), (("mesh",), "bodies, water_m, surface, objects"),
+                (("info",), "bodies, water_m, surface, objects"), (("mesh",), "bodies, water_m, surface"),
                 (("heightmap", "--side", 5), "bodies, water_m, surface, objects"),
                 (("bake", "--out", self.path("flat.terrane")), "bodies, water_m, surface, objects"),
                 (("fly", *flight), "surface"), (("drive", *flight), None), (("walk", *flight), None),
@@ -172,12 +172,13 @@ class Scenes(Folder):
     def test_a_query_says_once_that_it_leaves_out_bodies_and_objects(self):
         scene = self.over_flat(bodies=[{"shape": BOX, "position": [0, 0, 1]}])
         height, ray = '{"op":"height","x":0,"y":0}\n', '{"op":"ray","from":[0,0,9],"to":[0,0,-9]}\n'
+        find = '{"op":"find","shape":{"sphere":{"radius":1}},"position":[0,0,1]}\n'
         pair = f'{{"op":"test","shape":{{"sphere":{{"radius":1}}}},"position":[0,0,0],"other":{{"shape":{{"sphere":' \
                f'{{"radius":1}}}},"position":[0,0,1]}}}}\n'
-        for questions, count in ((height + pair + "no question\n", 0), (height + ray + ray, 1)):
+        for questions, count in ((height + pair + ray + "no question\n", 0), (height + find + find, 1)):
             done = run("query", "--scene", scene, stdin=questions)
-            self.assertEqual(done.stderr.count("are met by pick alone"), count, done.stderr)
-        self.assertEqual(run("query", "--scene", self.over_flat(), stdin=ray).stderr, "")
+            self.assertEqual(done.stderr.count("are met by ray and pick alone"), count, done.stderr)
+        self.assertEqual(run("query", "--scene", self.over_flat(), stdin=find).stderr, "")
 
     def test_a_flight_shows_the_bodies_of_its_scene(self):
         track = self.write("track.csv", "time_s,x_m,y_m,z_m\n0,-100,0,30\n10,100,0,30\n")

@@ -4,7 +4,7 @@
 
 import os
 
-from program import DATA, ROOT, SEED, Folder, ask, main, np, run, run_json
+from program import DATA, ROOT, SEED, Folder, ask, main, np, read_obj, run, run_json
 
 BALL = {"sphere": {"radius": 6}}
 CAVE = os.path.join(ROOT, "tools", "data", "cave.json")
@@ -57,6 +57,25 @@ class Volumes(Folder):
         wall, = ask(["--scene", scene], [{**down, "eye": [0.1, 0.1, 97], "forward": [1, 0, 0]}])
         self.assertEqual(wall["kind"], "volume")
         self.assertAlmostEqual(wall["point"][0], 6, delta=0.2)
+
+    def test_no_scattered_object_stands_over_a_pit_for_rays_and_meshes_too(self):
+        mesh = self.write_block((-0.2, -0.2, 0), (0.2, 0.2, 1))
+        scene = self.scene([self.volume({"box": {"half_extents": [6, 7, 6]}})],
+                           objects=[{"scatter": {"mesh": mesh, "per_km2": 400_000, "scale": [1, 1]}}])
+        places = [(x, y) for x in np.arange(-5, 5, 0.25) for y in np.arange(-6, 6, 0.25)]
+        kinds = []
+        for east in (0, 20):
+            answers = ask(["--scene", scene], [{"op": "ray", "from": [x + east, y, 150], "to": [x + east, y, 50]} for x, y in places])
+            kinds.append({answer["kind"] for answer in answers})
+        self.assertEqual(kinds, [{"volume"}, {"ground", "object"}])
+        summary = run_json("mesh", "--scene", scene, "--eye", "0,-30,130", "--look", "0,0,100", "--budget", 1_000_000,
+                           "--out", self.path("m.obj"))
+        vertices, faces = read_obj(self.path("m.obj"))
+        middles = vertices[faces[summary["ground_triangles"]:]].reshape(-1, 36, 3).mean(axis=1)
+        self.assertEqual(len(middles), summary["objects"])
+        self.assertGreater(len(middles), 50)
+        in_pit = (np.abs(middles[:, 0]) < 5) & (np.abs(middles[:, 1]) < 6)
+        self.assertEqual(in_pit.sum(), 0)
 
     def test_later_volumes_prevail_and_rotations_turn_them(self):
         box = self.volume({"box": {"half_extents": [20, 2, 2]}}, rotation=[np.sqrt(0.5), 0, 0, np.sqrt(0.5)])
