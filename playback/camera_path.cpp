@@ -52,8 +52,14 @@ TrackPoint point_between(const TrackPoint& from, const TrackPoint& to, double t,
 }
 
 // Smooths the positions of a recorded track, because receivers round them and err by metres: takes their means over
-// kSmoothTime on both sides, or over kSmoothLength if the track has no times, kSmoothings times. Intervals that are
-// longer than this get points near their ends, so that corners are rounded, and the middle of a pause keeps its place.
+// kSmoothTime on both sides, or over kSmoothLength if the track has no times, kSmoothings times. Before, intervals that
+// are longer than this get further points, at most that far apart near their ends. They go one step beyond the reach of
+// the means, so that corners are rounded within this distance and the middle of a long interval keeps its line.
+//
+// With the half width w and the fastest motion v around, the means move a point by at most w / 2 v each time, and a
+// curve through points up to w apart is off by at most 0.53 w v: together by 1.53 w v, which is 2.3 s of motion, or
+// 7.7 m. It depends on the means of the two points around a time, which reach twice over w and one further interval:
+// v is the fastest motion in the 4 w = 6 s before and after.
 void smooth_recorded(Track& track) {
     constexpr double kSmoothTime = 1.5;    // seconds
     constexpr double kSmoothLength = 5.0;  // metres
@@ -77,9 +83,14 @@ void smooth_recorded(Track& track) {
                 point_between(track.points[i - 1], track.points[i], from_start / span, u));
             point_at.push_back(u);
         };
-        const int count = static_cast<int>(std::min(0.5 * span / half_width, 1.0 * kSmoothings));
-        for (int j = 1; j <= count; ++j) add(j * half_width);
-        for (int j = count; j >= 1; --j) add(span - j * half_width);
+        constexpr int kNearEnd = kSmoothings + 1;
+        if (span > 2.0 * kNearEnd * half_width) {
+            for (int j = 1; j <= kNearEnd; ++j) add(j * half_width);
+            for (int j = kNearEnd; j >= 1; --j) add(span - j * half_width);
+        } else {
+            const int pieces = static_cast<int>(std::ceil(span / half_width));
+            for (int j = 1; j < pieces; ++j) add(span * j / pieces);
+        }
         points.push_back(track.points[i]);
         point_at.push_back(at[i]);
     }

@@ -42,6 +42,7 @@ private:
 /// points:
 ///   - the curve is at most 0.53 times the length of the chord from the point that moves uniformly along the chord, and
 ///     at most kMostDrift seconds times the velocity;
+///   - its speed is at most 2.5 times that of the uniform motion;
 ///   - its height is between the heights of the two points.
 /// Where plain pieces would go beyond kMostDrift, as at a corner between long intervals, the curve follows the middle
 /// of the chord exactly, and differs from the chord only within kBlendTime of the points.
@@ -68,7 +69,7 @@ private:
 /// The means of a polyline over `half_width` before and after each of its points. Beyond its ends the polyline
 /// continues as its point reflection about the end, so that both ends keep their places; `half_width` is limited to
 /// half of the polyline's range. A point moves by at most half_width / 2 times the polyline's greatest rate, and rates
-/// do not grow. Requires two points or more. Cost: O(size log size).
+/// do not grow. Requires two points or more. Cost: O(size).
 ///
 /// @param at parameters of the points, such as times, strictly increasing
 std::vector<Eigen::Vector3d> windowed_means(const std::vector<double>& at,

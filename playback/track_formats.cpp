@@ -12,6 +12,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <system_error>
@@ -44,35 +45,54 @@ struct Columns {
     std::size_t count = 0;
 };
 
-std::size_t find_column(const std::vector<std::string_view>& names, std::string_view wanted,
-                        std::string_view also) {
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        std::string name(names[i]);
-        std::transform(name.begin(), name.end(), name.begin(),
-                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        if (name == wanted || name == also) return i;
-    }
-    return Columns::kNone;
+std::string lower_case(std::string_view text) {
+    std::string lower(text);
+    std::ranges::transform(lower, lower.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return lower;
 }
 
-Result<Columns> read_header(std::string_view line, long number, const std::string& path) {
-    const std::vector<std::string_view> names = split(line, ",", false);
-    if (parse_number(names.front())) {
-        if (names.size() == 4) return Columns{0, 1, 2, 3, 4};
+std::size_t find_column(const std::vector<std::string>& names, std::string_view wanted,
+                        std::string_view also) {
+    const auto found = std::ranges::find_if(
+        names, [&](const std::string& name) { return name == wanted || name == also; });
+    return found == names.end() ? Columns::kNone : static_cast<std::size_t>(found - names.begin());
+}
+
+// The columns of a track's first line; notes those that are not read, if times or heights are missing.
+Result<Columns> read_header(std::string_view line, long number, const std::string& path,
+                            std::vector<std::string>& notes) {
+    const std::vector<std::string_view> fields = split(line, ",", false);
+    if (parse_number(fields.front())) {
+        if (fields.size() == 4) return Columns{0, 1, 2, 3, 4};
         return refuse_line(
             path, number,
             "a track without a header has the four columns time_s,x_m,y_m,z_m, got " +
-                number_text(names.size()) + " columns");
+                number_text(fields.size()) + " columns");
     }
+    std::vector<std::string> names;
+    std::ranges::transform(fields, std::back_inserter(names), &lower_case);
     const Columns columns{
         find_column(names, "time_s", "time_s"), find_column(names, "x_m", "eye_x_m"),
         find_column(names, "y_m", "eye_y_m"), find_column(names, "z_m", "eye_z_m"), names.size()};
     if (columns.x == Columns::kNone || columns.y == Columns::kNone) {
+        const bool has_latitudes = lower_case(line).find("lat") != std::string::npos;
         return refuse_line(
             path, number,
             "the header must name the columns x_m and y_m, separated by commas, got " +
-                quote(line));
+                quote(line) +
+                (has_latitudes ? "; latitudes are read from .gpx and .igc files" : ""));
     }
+    std::string missing;
+    if (columns.time == Columns::kNone) missing = "time_s";
+    if (columns.z == Columns::kNone) missing += missing.empty() ? "z_m" : " or z_m";
+    std::string unread;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+        if (i == columns.time || i == columns.x || i == columns.y || i == columns.z) continue;
+        unread += (unread.empty() ? "" : ", ") + quote(fields[i]);
+    }
+    if (!missing.empty() && !unread.empty())
+        notes.push_back("no column is named " + missing + "; not read: " + unread);
     return columns;
 }
 
@@ -169,7 +189,7 @@ Result<RawTrack> read_csv(const std::string& text, const std::string& path) {
     const auto take = [&](std::string_view line, long number) -> Result<void> {
         if (is_comment(line)) return {};
         if (!columns) {
-            TERRANE_TRY(const Columns header, read_header(line, number, path));
+            TERRANE_TRY(const Columns header, read_header(line, number, path, track.notes));
             columns = header;
             if (!parse_number(split(line, ",", false).front())) return {};
         }
@@ -412,9 +432,7 @@ int on_unknown_encoding(void*, const XML_Char* name, XML_Encoding* encoding) {
                                                        "iso8859-",    "koi8-", "macintosh",
                                                        "x-mac-",      "ibm",   "cp8"};
     constexpr int kLetter = 0xC0;
-    std::string lower(name);
-    std::ranges::transform(lower, lower.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string lower = lower_case(name);
     const auto begins = [&lower](std::string_view prefix) { return lower.starts_with(prefix); };
     if (std::ranges::none_of(kOneByte, begins)) return XML_STATUS_ERROR;
     for (int byte = 0; byte < 256; ++byte) encoding->map[byte] = byte < 128 ? byte : kLetter;

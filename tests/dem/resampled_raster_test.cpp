@@ -4,6 +4,7 @@
 #include <terrane/dem/georeference.h>
 #include <terrane/terrain/check_source.h>
 
+#include <gdal_alg.h>
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
 
@@ -248,6 +249,87 @@ TEST(ResampledRaster, APlaneIsExactInAnyDirection) {
         const Eigen::Vector3d wanted = oracle.world(earth, info, u, v);
         ASSERT_NEAR(source->height(wanted.x(), wanted.y()), wanted.z(), 1e-6);
     }
+}
+
+/// Ground control points on a grid, of a raster that is turned and bent, with errors of measurement.
+std::vector<std::array<double, 4>> control_points(const RasterSpec& spec, int side, double bend,
+                                                  unsigned seed) {
+    std::mt19937 random(seed);
+    std::vector<std::array<double, 4>> points;
+    for (int i = 0; i < side * side; ++i) {
+        const double u = spec.columns * (i % side) / (side - 1.0),
+                     v = spec.rows * (i / side) / (side - 1.0);
+        const auto p = Oracle{spec, {}}.in_crs(u, v);
+        points.push_back({u, v, p[0] + bend * u * u + 2.0 * random_unit(random),
+                          p[1] + bend * u * v + 2.0 * random_unit(random)});
+    }
+    return points;
+}
+
+TEST(ResampledRaster, RastersPlacedByControlPointsAreWithinTheirBounds) {
+    double tightest = 0.0;
+    // Four points determine planes, nine and more polynomials of the second order.
+    for (const int side : {2, 3, 4}) {
+        for (const double voids : {0.0, 0.02}) {
+            SCOPED_TRACE(testing::Message() << side * side << " points, voids " << voids);
+            RasterSpec spec = turned(25.0, 10.0, 14.0);
+            const auto points = control_points(spec, side, 0.01, 3);
+            spec.has_place = false;
+            const Oracle oracle = rough(spec, 40.0, voids, 7);
+            const TemporaryFolder folder;
+            const std::string path = folder.file("points.tif");
+            write_raster(path, oracle.spec);
+            std::vector<GDAL_GCP> gcps(points.size());
+            GDALInitGCPs(static_cast<int>(gcps.size()), gcps.data());
+            for (std::size_t i = 0; i < gcps.size(); ++i) {
+                gcps[i].dfGCPPixel = points[i][0];
+                gcps[i].dfGCPLine = points[i][1];
+                gcps[i].dfGCPX = points[i][2];
+                gcps[i].dfGCPY = points[i][3];
+            }
+            {
+                auto* file = static_cast<GDALDataset*>(GDALOpen(path.c_str(), GA_Update));
+                ASSERT_NE(file, nullptr);
+                OGRSpatialReference crs;
+                crs.SetFromUserInput(spec.crs.c_str());
+                ASSERT_EQ(file->SetGCPs(static_cast<int>(gcps.size()), gcps.data(), &crs), CE_None);
+                GDALClose(file);
+            }
+            void* polynomials =
+                GDALCreateGCPTransformer(static_cast<int>(gcps.size()), gcps.data(), 0, FALSE);
+            ASSERT_NE(polynomials, nullptr);
+            const auto [source, info] = open_dem(path);
+            EXPECT_GT(info.resampling_error, 0.0);
+            EXPECT_NE(info.placement.find(" ground control points, resampled to cells of"),
+                      std::string::npos)
+                << info.placement;
+            std::mt19937 random(11);
+            const WorldRect extent = source->extent();
+            int compared = 0;
+            for (int i = 0; i < 10000; ++i) {
+                const double x = extent.west + random_unit(random) * (extent.east - extent.west);
+                const double y = extent.south + random_unit(random) * (extent.north - extent.south);
+                double u = info.centre_x + x / info.metres_per_unit_x,
+                       v = info.centre_y + y / info.metres_per_unit_y, z = 0.0;
+                int is_good = FALSE;
+                GDALGCPTransform(polynomials, TRUE, 1, &u, &v, &z, &is_good);
+                ASSERT_TRUE(is_good);
+                if (!(u >= 0.0 && v >= 0.0 && u <= spec.columns && v <= spec.rows)) continue;
+                const double wanted = oracle.surface(u, v);
+                const Cell cell = cell_at(*source, x, y);
+                if (std::isnan(wanted) || (voids > 0.0 && cell.flags != 0)) continue;
+                ASSERT_EQ(cell.flags, 0) << "pixel " << u << ", " << v;
+                ASSERT_LE(std::fabs(cell.height - wanted), cell.bound)
+                    << "pixel " << u << ", " << v;
+                tightest = std::max(tightest, std::fabs(cell.height - wanted) / cell.bound);
+                ++compared;
+            }
+            EXPECT_GT(compared, 3000);
+            GDALDestroyGCPTransformer(polynomials);
+            GDALDeinitGCPs(static_cast<int>(gcps.size()), gcps.data());
+        }
+    }
+    EXPECT_GT(tightest, 0.3);
 }
 
 struct Place {

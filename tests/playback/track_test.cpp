@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane {
@@ -236,6 +238,71 @@ TEST_F(TrackTest, AFileWithoutATrackSaysWhatItHasInstead) {
     refused("a.igc", "AXYZ\nHFDTE010120\n", "it has no fixes (B records)");
     EXPECT_NE(refusal("a.csv", "time_s;x_m;y_m\n0;1;2\n").find("separated by commas"),
               std::string::npos);
+}
+
+TEST_F(TrackTest, ColumnsThatAreNotReadAreNamedWhereTimesOrHeightsAreMissing) {
+    const auto note = [&](const std::string& header) {
+        return read_track(write("a.csv", header + "\n0,1,2,3\n1,2,3,4\n")).value().note;
+    };
+    const auto ends_with = [&](const std::string& header, const std::string& end) {
+        EXPECT_TRUE(note(header).ends_with(end)) << note(header);
+    };
+    ends_with("timestamp,x_m,y_m,alt",
+              "a.csv: no column is named time_s or z_m; not read: 'timestamp', 'alt'");
+    ends_with("time_ms,x_m,y_m,z_m", "a.csv: no column is named time_s; not read: 'time_ms'");
+    ends_with("time_s,x_m,y_m,altitude", "a.csv: no column is named z_m; not read: 'altitude'");
+    EXPECT_EQ(note("TIME_S,X_M,Y_M,Z_M"), "");
+}
+
+// Files that other programs write, under their own extension and under each that is read.
+TEST_F(TrackTest, ForeignFilesAreRefusedInOneLine) {
+    const std::string fix = "$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47\r\n";
+    const std::string fit("\x0e\x10\x43\x08\x78\x06\0\0.FIT\x40\0\0\0\0\x01\xff\xfe", 20);
+    const std::vector<std::pair<std::string, std::string>> files{
+        {"tcx",
+         "<?xml version=\"1.0\"?>\n<TrainingCenterDatabase><Activities><Activity Sport=\"Biking\">"
+         "<Lap><Track><Trackpoint><Time>2024-05-01T10:00:00Z</Time><Position><LatitudeDegrees>41.5"
+         "</LatitudeDegrees><LongitudeDegrees>12.5</LongitudeDegrees></Position></Trackpoint>"
+         "</Track></Lap></Activity></Activities></TrainingCenterDatabase>\n"},
+        {"kml",
+         "<kml xmlns=\"http://www.opengis.net/kml/2.2\"><Placemark><LineString><coordinates>"
+         "12.5,41.5,100 12.6,41.5,100</coordinates></LineString></Placemark></kml>\n"},
+        {"kmz", std::string("PK\x03\x04\x14\0\0\0\x08\0doc.kml", 17)},
+        {"fit", fit},
+        {"nmea", fix + fix},
+        {"geojson",
+         "{\"type\": \"LineString\",\n \"coordinates\": [[12.5, 41.5], [12.6, 41.5]]}\n"},
+        {"json", "[{\"lat\": 41.5, \"lon\": 12.5}, {\"lat\": 41.6, \"lon\": 12.5}]"},
+        {"txt",  // Litchi
+         "latitude,longitude,altitude(feet),datetime(utc)\n41.5,12.5,10,2024-05-01 10:00:00\n"
+         "41.6,12.5,20,2024-05-01 10:00:01\n"},
+        {"log",  // DJI
+         "sep=,\r\nCUSTOM.date [local],OSD.latitude,OSD.longitude,OSD.height [ft]\r\n"
+         "5/1/2024,41.5,12.5,10\r\n5/1/2024,41.6,12.5,10\r\n"},
+        {"plt", "OziExplorer Track Point File Version 2.1\r\nWGS 84\r\n41.5,12.5,0,330\r\n"},
+        {"html", "<!DOCTYPE html><html><body><p>Sign in<br></body></html>"},
+    };
+    int refused = 0;
+    for (const auto& [extension, text] : files) {
+        SCOPED_TRACE(extension);
+        EXPECT_NE(
+            refusal("a." + extension, text, degrees()).find("is a .csv, .gpx, .igc or .tum file"),
+            std::string::npos);
+        for (const std::string name : {"a.csv", "a.gpx", "a.igc", "a.tum"}) {
+            const std::string message = refusal(name, text, degrees());
+            EXPECT_NE(message.find(name + ":"), std::string::npos) << message;
+            EXPECT_TRUE(std::ranges::none_of(message, [](unsigned char c) { return c < 0x20; }))
+                << message;
+            ++refused;
+        }
+    }
+    EXPECT_EQ(refused, 44);
+    EXPECT_NE(refusal("a.gpx", files[0].second)
+                  .find("its root element is 'TrainingCenterDatabase' and not 'gpx'"),
+              std::string::npos);
+    EXPECT_NE(
+        refusal("a.csv", files[7].second).find("; latitudes are read from .gpx and .igc files"),
+        std::string::npos);
 }
 
 TEST_F(TrackTest, PlacesOnTheEarthNeedARasterWithACrs) {

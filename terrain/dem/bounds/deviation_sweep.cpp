@@ -19,6 +19,9 @@
 
 namespace terrane::internal {
 
+/// Number of tiles after which those beyond the raster repeat: see BoundTier.
+inline constexpr std::int64_t kResidues = 4;
+
 /// Side of a block in tiles, which are the cells of the first tier.
 inline constexpr int kBlockTiles = 8;
 
@@ -99,26 +102,34 @@ void for_each_part_of_tile(Square& square, std::int64_t x, std::int64_t y, Visit
     }
 }
 
-/// Visits the tiles of a square within a block, once for each triangle that contains the tile or half of it.
+/// A rectangle of tiles; the end is excluded.
+struct Tiles {
+    std::int64_t west = 0, south = 0, east = 0, north = 0;
+
+    bool empty() const { return west >= east || south >= north; }
+    bool contains(const Tiles& other) const {
+        return other.west >= west && other.south >= south && other.east <= east &&
+               other.north <= north;
+    }
+};
+
+/// Visits the tiles of a square within a part of a block, once for each triangle that contains the tile or half of it.
 ///
 /// @param block the block's south-western tile
+/// @param part  visited tiles of the block
 /// @param visit called with column and row in the block, Part, Target&
 template <typename Visit>
-void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
-    const auto begin = [](std::int64_t of_block, std::int64_t of_square) {
-        return static_cast<int>(std::max<std::int64_t>(of_square - of_block, 0));
-    };
-    const auto end = [&](std::int64_t of_block, std::int64_t of_square) {
-        return static_cast<int>(
-            std::min<std::int64_t>(of_square + square.side - of_block, kBlockTiles));
-    };
-    for (int row = begin(block.y, square.south); row < end(block.y, square.south); ++row) {
-        const std::int64_t y = block.y + row - square.south;
-        for (int column = begin(block.x, square.west); column < end(block.x, square.west);
-             ++column) {
-            const std::int64_t x = block.x + column - square.west;
-            for_each_part_of_tile(
-                square, x, y, [&](Part part, Target& target) { visit(column, row, part, target); });
+void for_each_part(LatticePoint block, const Tiles& part, Square& square, Visit&& visit) {
+    const std::int64_t west = std::max(part.west, square.west);
+    const std::int64_t east = std::min(part.east, square.west + square.side);
+    const std::int64_t north = std::min(part.north, square.south + square.side);
+    for (std::int64_t y = std::max(part.south, square.south); y < north; ++y) {
+        for (std::int64_t x = west; x < east; ++x) {
+            for_each_part_of_tile(square, x - square.west, y - square.south,
+                                  [&](Part of_tile, Target& target) {
+                                      visit(static_cast<int>(x - block.x),
+                                            static_cast<int>(y - block.y), of_tile, target);
+                                  });
         }
     }
 }
@@ -130,18 +141,8 @@ void for_each_part(LatticePoint block, Square& square, Visit&& visit) {
 // Rounded sums and products are monotone too, so this also holds with rounding.
 //
 // A square of n x n tiles beyond the raster thus costs O(n) tiles, or O(1), instead of n^2, and a sweep over the
-// squares around a long narrow raster is linear in its length.
-
-/// A rectangle of tiles; the end is excluded.
-struct Tiles {
-    std::int64_t west = 0, south = 0, east = 0, north = 0;
-
-    bool empty() const { return west >= east || south >= north; }
-    bool contains(const Tiles& other) const {
-        return other.west >= west && other.south >= south && other.east <= east &&
-               other.north <= north;
-    }
-};
+// squares around a long narrow raster is linear in its length. Runs of tiles over which the heights are too near to the
+// planes to exceed what has been found are skipped.
 
 namespace beyond {
 
@@ -160,15 +161,24 @@ void for_each_extreme(std::int64_t begin, std::int64_t end, std::int64_t line, s
     }
 }
 
+/// End of the run of tiles that contains a tile: a multiple of kBlockTiles. Squares that are larger start at such a
+/// multiple, and smaller ones lie in one run.
+inline std::int64_t run_end(std::int64_t tile) { return (tile | (kBlockTiles - 1)) + 1; }
+
 }  // namespace beyond
+
+/// An edge of the raster, beyond which the surface repeats it.
+enum class Edge { south, north, west, east };
 
 /// Visits tiles of a square outside `core`. For each triangle of the square, they include the tiles in which surface
 /// minus plane is extreme over the triangle's part outside `core`.
 ///
 /// @param core   a rectangle of tiles outside of which the surface repeats the raster's edge
+/// @param skips  called with tiles beyond one edge, at most kBlockTiles along it, by position in the square, and with
+///               the edge; if true, they are not visited
 /// @param visit  called with the tile's position x, y in the square; some tiles twice
-template <typename Visit>
-void for_each_extreme_tile(const Square& square, const Tiles& core, Visit&& visit) {
+template <typename Skips, typename Visit>
+void for_each_extreme_tile(const Square& square, const Tiles& core, Skips&& skips, Visit&& visit) {
     const std::int64_t side = square.side;
     // Limits along one axis of the square's tiles before, in and after the core.
     const auto cuts = [side](std::int64_t begin, std::int64_t end, std::int64_t first) {
@@ -191,11 +201,21 @@ void for_each_extreme_tile(const Square& square, const Tiles& core, Visit&& visi
                                          [&](std::int64_t y) { visit(x, y); });
             };
             if (!constant_y) {
-                for (std::int64_t y = part.south; y < part.north; ++y) row(y);
+                for (std::int64_t y = part.south, end = y; y < part.north; y = end) {
+                    end = std::min(beyond::run_end(y), part.north);
+                    const Edge edge = u == 0 ? Edge::west : Edge::east;
+                    if (skips(Tiles{part.west, y, part.east, end}, edge)) continue;
+                    for (; y < end; ++y) row(y);
+                }
                 continue;
             }
             if (!constant_x) {
-                for (std::int64_t x = part.west; x < part.east; ++x) column(x);
+                for (std::int64_t x = part.west, end = x; x < part.east; x = end) {
+                    end = std::min(beyond::run_end(x), part.east);
+                    const Edge edge = v == 0 ? Edge::south : Edge::north;
+                    if (skips(Tiles{x, part.south, end, part.north}, edge)) continue;
+                    for (; x < end; ++x) column(x);
+                }
                 continue;
             }
             row(part.south);
@@ -300,6 +320,48 @@ void raise_to(float& target, float value) {
     }
 }
 
+/// Squares along an axis beyond a raster: each has the same values as the one two squares farther from the raster,
+/// because the tiles of both have the same residues modulo 4 (see BoundTier), and both are cut along the same diagonal.
+struct Repeats {
+    std::int64_t begin = 0, end = 0;  ///< all squares of a level
+    std::int64_t low = 0, high = 0;   ///< the squares up to `low`, and those from `high` on, repeat
+
+    /// @param tiles  of the level, along the axis
+    /// @param first, last  tiles up to the first one, excluded, repeat, and those from the last one on
+    Repeats(std::int64_t side, std::int64_t begin_tile, std::int64_t end_tile, std::int64_t first,
+            std::int64_t last)
+        : begin(begin_tile / side), end(end_tile / side) {
+        const int shift = std::countr_zero(static_cast<std::uint64_t>(side));
+        low = (first >> shift) - 1;
+        high = (last + side - 1) >> shift;
+    }
+    /// Whether a square is the nearest one to the raster of those that have its values.
+    bool is_nearest(std::int64_t i) const { return i >= low - 1 && i <= high + 1; }
+    /// Visits the squares that have the values of such a square.
+    template <typename Visit>
+    void for_each(std::int64_t nearest, Visit&& visit) const {
+        visit(nearest);
+        if (nearest <= low) {
+            for (std::int64_t i = nearest - 2; i >= begin; i -= 2) visit(i);
+        }
+        if (nearest >= high) {
+            for (std::int64_t i = nearest + 2; i < end; i += 2) visit(i);
+        }
+    }
+};
+
+/// What the surface can be over a run of tiles beyond an edge: the range of the heights at their corners, and the
+/// range by which the tiles between them extend it.
+struct Run {
+    double low = std::numeric_limits<double>::infinity();
+    double high = -std::numeric_limits<double>::infinity();
+    float cell_low = 0.0f, cell_high = 0.0f;
+};
+
+/// Whether no triangle of a square can deviate from the surface over some tiles by more than what has been found. With
+/// the same operations as the deviation of a tile, each of which is monotone: so this holds with rounding.
+bool is_within_found(const Square& square, const Tiles& tiles, const Run& surface);
+
 class Sweep {
 public:
     Sweep(const FineSurface& fine, const BoundTier& first, std::span<BoundTier> levels)
@@ -311,12 +373,28 @@ public:
                               (level.first_x + level.columns + 1) * side,
                               (level.first_y + level.rows + 1) * side});
         }
+        core_ = {first.first_x + kBeyondRaster, first.first_y + kBeyondRaster,
+                 first.first_x + first.columns - 1 - kBeyondRaster,
+                 first.first_y + first.rows - 1 - kBeyondRaster};
         const auto round_down = [](std::int64_t tile) { return tile & -std::int64_t{kBlockTiles}; };
         const auto round_up = [&](std::int64_t tile) { return round_down(tile + kBlockTiles - 1); };
-        core_ = {round_down(first.first_x + kBeyondRaster),
-                 round_down(first.first_y + kBeyondRaster),
-                 round_up(first.first_x + first.columns - 1 - kBeyondRaster),
-                 round_up(first.first_y + first.rows - 1 - kBeyondRaster)};
+        blocks_ = {round_down(core_.west), round_down(core_.south), round_up(core_.east),
+                   round_up(core_.north)};
+        // Off the lattice the bounds of equal tiles differ in their rounding, so that each tile of a block counts.
+        if (!fine.grid().aligned) core_ = blocks_;
+        for (const Edge edge : {Edge::south, Edge::north, Edge::west, Edge::east}) {
+            runs_[static_cast<std::size_t>(edge)] = make_runs(edge);
+        }
+        for (std::size_t level = 0; level < levels.size(); ++level) {
+            const std::int64_t side = levels[level].step / first.step;
+            const Tiles& tiles = tiles_[level];
+            columns_.emplace_back(side, tiles.west, tiles.east,
+                                  std::min(core_.west, first.first_x + kResidues),
+                                  std::max(core_.east, first.first_x + first.columns - kResidues));
+            rows_.emplace_back(side, tiles.south, tiles.north,
+                               std::min(core_.south, first.first_y + kResidues),
+                               std::max(core_.north, first.first_y + first.rows - kResidues));
+        }
     }
 
     /// @return visited tiles, summed over passes and triangles
@@ -341,6 +419,14 @@ private:
     };
 
     Block read_block(std::int64_t west, std::int64_t south) const;
+    /// The runs beyond an edge, along the blocks.
+    std::vector<Run> make_runs(Edge edge) const;
+    /// The block's tiles in the core.
+    Tiles core_of(const Block& block) const {
+        return {std::max(block.west, core_.west), std::max(block.south, core_.south),
+                std::min(block.west + kBlockTiles, core_.east),
+                std::min(block.south + kBlockTiles, core_.north)};
+    }
     template <typename Visit>
     void for_each_square(const Block& block, Visit&& visit) const;
     void add_corners(const Block& block) const;
@@ -363,9 +449,11 @@ private:
     const FineSurface& fine_;
     const BoundTier& first_;
     std::span<BoundTier> levels_;
-    std::vector<Tiles> tiles_;  ///< of each level
-    /// Blocks that contain all tiles over the raster; outside of them the surface repeats the edge.
-    Tiles core_;
+    std::vector<Tiles> tiles_;             ///< of each level
+    std::vector<Repeats> columns_, rows_;  ///< of each level
+    /// Tiles outside of which the surface repeats the raster's edge; whole blocks that contain all of them.
+    Tiles core_, blocks_;
+    std::array<std::vector<Run>, 4> runs_;  ///< by Edge
     mutable std::atomic<std::int64_t> visits_{0};
 };
 
@@ -410,7 +498,7 @@ void Sweep::for_each_square(const Block& block, Visit&& visit) const {
 void Sweep::add_corners(const Block& block) const {
     std::int64_t visits = 0;
     for_each_square(block, [&](Square square) {
-        for_each_part({block.west, block.south}, square,
+        for_each_part({block.west, block.south}, core_of(block), square,
                       [&](int column, int row, Part part, Target& target) {
                           ++visits;
                           const std::int64_t x = block.west + column - square.west;
@@ -437,30 +525,102 @@ double Sweep::most(const std::array<double, 4>& corners, float low, float high, 
     return range.deviation();
 }
 
+std::vector<Run> Sweep::make_runs(Edge edge) const {
+    const bool along_x = edge == Edge::south || edge == Edge::north;
+    const bool is_first = edge == Edge::south || edge == Edge::west;
+    const std::int64_t begin = along_x ? blocks_.west : blocks_.south;
+    const std::int64_t end = along_x ? blocks_.east : blocks_.north;
+    // All tiles across the edge that are stored.
+    const std::int64_t stored = along_x ? first_.first_y : first_.first_x;
+    const std::int64_t count = along_x ? first_.rows : first_.columns;
+    const std::int64_t from = is_first ? stored : stored + count - 1 - kBeyondRaster;
+    const std::int64_t to = is_first ? stored + kBeyondRaster : stored + count;
+    std::vector<Run> runs(static_cast<std::size_t>((end - begin) / kBlockTiles));
+    for (std::int64_t tile = begin; tile < end; ++tile) {
+        Run& run = runs[static_cast<std::size_t>((tile - begin) / kBlockTiles)];
+        for (std::int64_t across = from; across < to; ++across) {
+            const std::size_t at = along_x ? first_.at(tile, across) : first_.at(across, tile);
+            const std::size_t next =
+                along_x ? first_.at(tile + 1, across) : first_.at(across, tile + 1);
+            run.low = std::min({run.low, first_.heights[at], first_.heights[next]});
+            run.high = std::max({run.high, first_.heights[at], first_.heights[next]});
+            run.cell_low = std::min(run.cell_low, first_.cell_low[at]);
+            run.cell_high = std::max(run.cell_high, first_.cell_high[at]);
+        }
+    }
+    return runs;
+}
+
+bool is_within_found(const Square& square, const Tiles& tiles, const Run& surface) {
+    const auto is_within = [&](const Target& target, const Tiles& part) {
+        if (target.deviation == nullptr || part.empty()) return true;
+        Range plane;
+        for (const std::int64_t x : {part.west, part.east}) {
+            for (const std::int64_t y : {part.south, part.north}) plane.add(target.plane.at(x, y));
+        }
+        const Range range{surface.low - plane.high + static_cast<double>(surface.cell_low),
+                          surface.high - plane.low + static_cast<double>(surface.cell_high)};
+        return range.deviation() <= target.found;
+    };
+    // The tiles of the four triangles around the square's centre are in these rectangles.
+    const auto [west, south, east, north] = tiles;
+    const std::int64_t side = square.side;
+    const Tiles in_south{std::max(west, south), south, std::min(east, side - south),
+                         std::min({north, east, side - west})};
+    const Tiles in_north{std::max(west, side - north), std::max({south, west, side - east}),
+                         std::min(east, north), north};
+    const Tiles in_west{west, std::max(south, west), std::min({east, north, side - south}),
+                        std::min(north, side - west)};
+    const Tiles in_east{std::max({west, south, side - north}), std::max(south, side - east), east,
+                        std::min(north, east)};
+    return is_within(square.lower, tiles) && is_within(square.upper, tiles) &&
+           is_within(square.south_side, in_south) && is_within(square.north_side, in_north) &&
+           is_within(square.west_side, in_west) && is_within(square.east_side, in_east);
+}
+
 void Sweep::add_beyond(std::size_t level, std::int64_t row) const {
+    const Repeats& rows = rows_[level];
+    const Repeats& columns = columns_[level];
+    if (!rows.is_nearest(row)) return;
     std::int64_t visits = 0;
     const std::int64_t side = levels_[level].step / first_.step;
-    for (std::int64_t west = tiles_[level].west; west < tiles_[level].east; west += side) {
-        if (core_.contains({west, row * side, west + side, (row + 1) * side})) continue;
-        Square square = make_square(first_, levels_, level, west / side, row);
-        for_each_extreme_tile(square, core_, [&](std::int64_t x, std::int64_t y) {
-            const std::int64_t column = square.west + x, tile_row = square.south + y;
+    for (std::int64_t column = columns.begin; column < columns.end; ++column) {
+        if (!columns.is_nearest(column) ||
+            core_.contains({column * side, row * side, (column + 1) * side, (row + 1) * side}))
+            continue;
+        Square square = make_square(first_, levels_, level, column, row);
+        const auto skips = [&](const Tiles& tiles, Edge edge) {
+            const bool along_x = edge == Edge::south || edge == Edge::north;
+            const std::int64_t tile = along_x ? square.west + tiles.west - blocks_.west
+                                              : square.south + tiles.south - blocks_.south;
+            const std::vector<Run>& runs = runs_[static_cast<std::size_t>(edge)];
+            return is_within_found(square, tiles,
+                                   runs[static_cast<std::size_t>(tile / kBlockTiles)]);
+        };
+        for_each_extreme_tile(square, core_, skips, [&](std::int64_t x, std::int64_t y) {
+            const std::size_t west = first_.column_at(square.west + x);
+            const std::size_t east = first_.column_at(square.west + x + 1);
+            const std::size_t south = first_.row_at(square.south + y);
+            const std::size_t north = first_.row_at(square.south + y + 1);
             const std::array<double, 4> corners{
-                first_.heights[first_.at(column, tile_row)],
-                first_.heights[first_.at(column + 1, tile_row)],
-                first_.heights[first_.at(column, tile_row + 1)],
-                first_.heights[first_.at(column + 1, tile_row + 1)]};
-            const std::size_t at = first_.at(column, tile_row);
+                first_.heights[south + west], first_.heights[south + east],
+                first_.heights[north + west], first_.heights[north + east]};
+            const float low = first_.cell_low[south + west], high = first_.cell_high[south + west];
             for_each_part_of_tile(square, x, y, [&](Part, Target& target) {
                 ++visits;
-                target.known = std::max(
-                    target.known, round_outward(most(corners, first_.cell_low[at],
-                                                     first_.cell_high[at], target.plane, x, y)));
+                target.found = std::max(target.found, most(corners, low, high, target.plane, x, y));
             });
         });
-        for (Target* target : square.targets()) {
-            if (target->deviation != nullptr) raise_to(*target->deviation, target->known);
-        }
+        const std::array<Target*, 6> found = square.targets();
+        rows.for_each(row, [&](std::int64_t j) {
+            columns.for_each(column, [&](std::int64_t i) {
+                Square equal = make_square(first_, levels_, level, i, j);
+                for (std::size_t k = 0; k < found.size(); ++k) {
+                    float* deviation = equal.targets()[k]->deviation;
+                    if (deviation != nullptr) raise_to(*deviation, round_outward(found[k]->found));
+                }
+            });
+        });
     }
     visits_ += visits;
 }
@@ -481,30 +641,31 @@ Result<void> Sweep::evaluate_block(Block& block) const {
             if (target->deviation == nullptr) continue;
             target->known = std::atomic_ref<float>(*target->deviation).load();
         }
-        for_each_part(
-            {block.west, block.south}, square, [&](int column, int row, Part part, Target& target) {
-                const std::int64_t x = block.west + column - square.west;
-                const std::int64_t y = block.south + row - square.south;
-                const std::size_t tile = block.tile(column, row);
-                const double most = Sweep::most(block.corners(column, row), block.low[tile],
-                                                block.high[tile], target.plane, x, y);
-                ++visits;
-                if (most == 0.0) return;
-                if (is_beyond(block.west + column, block.south + row)) {
-                    target.known = std::max(target.known, round_outward(most));
-                    return;
-                }
-                if (round_outward(most + kSumRounding) <= target.known) return;
-                if (!block.window) {
-                    auto window = read_window(block);
-                    if (!window) done = tl::unexpected(window.error());
-                    if (!done) return;
-                    block.window = std::move(*window);
-                }
-                Range close;
-                add_part(block, target.plane, {x, y}, column, row, part, close);
-                target.known = std::max(target.known, round_outward(close.deviation()));
-            });
+        for_each_part({block.west, block.south}, core_of(block), square,
+                      [&](int column, int row, Part part, Target& target) {
+                          const std::int64_t x = block.west + column - square.west;
+                          const std::int64_t y = block.south + row - square.south;
+                          const std::size_t tile = block.tile(column, row);
+                          const double most =
+                              Sweep::most(block.corners(column, row), block.low[tile],
+                                          block.high[tile], target.plane, x, y);
+                          ++visits;
+                          if (most == 0.0) return;
+                          if (is_beyond(block.west + column, block.south + row)) {
+                              target.known = std::max(target.known, round_outward(most));
+                              return;
+                          }
+                          if (round_outward(most + kSumRounding) <= target.known) return;
+                          if (!block.window) {
+                              auto window = read_window(block);
+                              if (!window) done = tl::unexpected(window.error());
+                              if (!done) return;
+                              block.window = std::move(*window);
+                          }
+                          Range close;
+                          add_part(block, target.plane, {x, y}, column, row, part, close);
+                          target.known = std::max(target.known, round_outward(close.deviation()));
+                      });
         for (Target* target : square.targets()) {
             if (target->deviation != nullptr) raise_to(*target->deviation, target->known);
         }
@@ -555,11 +716,11 @@ Result<std::int64_t> Sweep::run(OpeningProgress& progress) {
             return {};
         }));
     }
-    const int across = static_cast<int>((core_.east - core_.west) / kBlockTiles);
-    const int rows = static_cast<int>((core_.north - core_.south) / kBlockTiles);
+    const int across = static_cast<int>((blocks_.east - blocks_.west) / kBlockTiles);
+    const int rows = static_cast<int>((blocks_.north - blocks_.south) / kBlockTiles);
     const auto block_at = [&](int row, int column) {
-        return read_block(core_.west + std::int64_t{column} * kBlockTiles,
-                          core_.south + std::int64_t{row} * kBlockTiles);
+        return read_block(blocks_.west + std::int64_t{column} * kBlockTiles,
+                          blocks_.south + std::int64_t{row} * kBlockTiles);
     };
     progress.begin(1.0, 2 * std::int64_t{rows});
     auto done = in_parallel(rows, [&](int row) -> Result<void> {

@@ -11,6 +11,9 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
+#include <numeric>
+#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -33,6 +36,23 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
     const double* corner = window.heights.data() + window.at(t.x, t.y);
     const std::ptrdiff_t stride_y = static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
 
+    // Over equal rows, a plane that is level along y leaves the same differences in every row. The hypotenuse adds
+    // nothing to them: as 2 a is a number, a + b is rounded by at most |b - a|, so that its bow is at most its rise.
+    if (slope_y == 0.0 && window.has_equal_rows(std::min(t.y, t.y + t.sign_y * t.leg),
+                                                std::max(t.y, t.y + t.sign_y * t.leg))) {
+        for (int i = 0; i <= t.leg; ++i) {
+            range.add(corner[i * t.sign_x] - (t.at_corner + i * slope_x));
+        }
+        return;
+    }
+    if (slope_x == 0.0 && window.has_equal_columns(std::min(t.x, t.x + t.sign_x * t.leg),
+                                                   std::max(t.x, t.x + t.sign_x * t.leg))) {
+        for (int j = 0; j <= t.leg; ++j) {
+            range.add(corner[j * stride_y] - (t.at_corner + j * slope_y));
+        }
+        return;
+    }
+
     // Two rows of differences; not initialised, because most triangles are small.
     std::array<double, kMaxLeg + 2> first_row, second_row;
     double* here = first_row.data();
@@ -43,6 +63,7 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
         for (int i = 0; i < count; ++i) out[i] = row[i * t.sign_x] - (base + i * slope_x);
     };
     differences(0, t.leg + 1, here);
+    Range odd;  // of every other difference: the processor then compares two at a time
     for (int j = 0; j < t.leg; ++j) {
         const int whole = t.leg - 1 - j;  // cells of this row before the cut one
         differences(j + 1, whole + 2, above);
@@ -57,10 +78,16 @@ void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& ra
                     across * across / (4.0 * bow));
         }
         range.add(cut);
-        for (int i = 0; i < whole; ++i) range.add(here[i]);
+        int i = 0;
+        for (; i + 1 < whole; i += 2) {
+            range.add(here[i]);
+            odd.add(here[i + 1]);
+        }
+        if (i < whole) range.add(here[i]);
         std::swap(here, above);
     }
     range.add(here[0]);
+    range.add(odd);
 }
 
 /// The same for legs of one cell, the most frequent case: the surface can deviate only at the right-angled corner and
@@ -91,8 +118,13 @@ float edge_deviation(const DiamondWindow& window, int x, int y, int n, bool alon
                                                  {x, y, -1, 1, n, middle, west, north},
                                                  {x, y, -1, -1, n, middle, west, south},
                                                  {x, y, 1, -1, n, middle, east, south}}};
+    // Over equal rows the southern quarters mirror the northern ones; over equal columns the western ones, the eastern.
+    const bool is_northern_enough = window.has_equal_rows(y - n, y + n);
+    const bool is_eastern_enough = window.has_equal_columns(x - n, x + n);
     Range range;
     for (const RightTriangle& quarter : quarters) {
+        if ((is_northern_enough && quarter.sign_y < 0) || (is_eastern_enough && quarter.sign_x < 0))
+            continue;
         if (n == 1 && !window.kinked) {
             add_small_triangle(window, quarter, range);
         } else {
@@ -198,8 +230,61 @@ HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int
     return {range.low, range.high};
 }
 
+void DiamondWindow::find_runs() {
+    const auto width = static_cast<std::size_t>(columns);
+    const double* row = heights.data();
+    row_runs.assign(static_cast<std::size_t>(rows), 0);
+    for (std::size_t y = 1; y < row_runs.size(); ++y, row += width) {
+        const bool is_equal = std::memcmp(row, row + width, width * sizeof(double)) == 0;
+        row_runs[y] = is_equal ? row_runs[y - 1] : static_cast<int>(y);
+    }
+    // The columns that equal their western neighbours in all rows so far.
+    std::vector<int> equal(width - 1);
+    std::iota(equal.begin(), equal.end(), 1);
+    row = heights.data();
+    for (int y = 0; y < rows && !equal.empty(); ++y, row += width) {
+        if (y > 0 && row_runs[static_cast<std::size_t>(y)] < y) continue;
+        std::erase_if(equal, [row](int x) { return row[x] != row[x - 1]; });
+    }
+    column_runs.resize(width);
+    std::iota(column_runs.begin(), column_runs.end(), 0);
+    for (const int x : equal) {
+        column_runs[static_cast<std::size_t>(x)] = column_runs[static_cast<std::size_t>(x) - 1];
+    }
+}
+
+// A vertex's own deviation is that of its neighbour of the same kind, 2 n away, if the rows (or columns) around both
+// are equal: the same heights enter the same operations. This includes cells, although neighbours are cut along
+// different diagonals. Over equal rows both planes of a cell are level along y; one starts from the eastern corner, the
+// other one from the western corner, whichever diagonal divides them. Where the rows around the descendants of both are
+// equal too, up to 3 n away, so are their bounds.
 void compute_bounds(DiamondWindow& window, int last_n) {
     window.bounds.resize(window.heights.size(), 0.0f);
+    std::vector<float> deviations(static_cast<std::size_t>(window.columns));
+    const auto for_each_vertex = [&](int n, bool odd_x, bool odd_y, auto&& deviation_at,
+                                     auto&& below_at) {
+        const int first_x = first_multiple(window.first_x, n, odd_x);
+        const int first_y = first_multiple(window.first_y, n, odd_y);
+        for (int y = first_y; y + n < window.rows; y += 2 * n) {
+            const bool repeats_row = y > first_y && window.has_equal_rows(y - 3 * n, y + n);
+            const bool repeats_bounds = y >= 5 * n && y + 3 * n < window.rows &&
+                                        window.has_equal_rows(y - 5 * n, y + 3 * n);
+            for (int x = first_x; x + n < window.columns; x += 2 * n) {
+                float& bound = window.bounds[window.at(x, y)];
+                if (repeats_bounds) {
+                    bound = window.bounds[window.at(x, y - 2 * n)];
+                    continue;
+                }
+                float& deviation = deviations[static_cast<std::size_t>(x)];
+                if (!repeats_row) {
+                    deviation = x > first_x && window.has_equal_columns(x - 3 * n, x + n)
+                                    ? deviations[static_cast<std::size_t>(x - 2 * n)]
+                                    : deviation_at(x, y);
+                }
+                bound = std::max(deviation, below_at(x, y));
+            }
+        }
+    };
     for (int n = 1; n <= last_n; n *= 2) {
         if (window.kinked) {
             window.kinked->keep_diagonals(n);
@@ -207,26 +292,20 @@ void compute_bounds(DiamondWindow& window, int last_n) {
         }
         // Midpoints first: they are the centres' children.
         for (const bool along_x : {true, false}) {
-            for (int y = first_multiple(window.first_y, n, !along_x); y + n < window.rows;
-                 y += 2 * n) {
-                for (int x = first_multiple(window.first_x, n, along_x); x + n < window.columns;
-                     x += 2 * n) {
-                    window.bounds[window.at(x, y)] = std::max(
-                        edge_deviation(window, x, y, n, along_x), largest_around(window, x, y, n));
-                }
-            }
+            for_each_vertex(
+                n, along_x, !along_x,
+                [&](int x, int y) { return edge_deviation(window, x, y, n, along_x); },
+                [&](int x, int y) { return largest_around(window, x, y, n); });
         }
-        for (int y = first_multiple(window.first_y, n, true); y + n < window.rows; y += 2 * n) {
-            for (int x = first_multiple(window.first_x, n, true); x + n < window.columns;
-                 x += 2 * n) {
-                const float below = std::max(std::max(window.bounds[window.at(x - n, y)],
-                                                      window.bounds[window.at(x + n, y)]),
-                                             std::max(window.bounds[window.at(x, y - n)],
-                                                      window.bounds[window.at(x, y + n)]));
-                window.bounds[window.at(x, y)] =
-                    std::max(cell_deviation(window, x - n, y - n, 2 * n), below);
-            }
-        }
+        for_each_vertex(
+            n, true, true,
+            [&](int x, int y) { return cell_deviation(window, x - n, y - n, 2 * n); },
+            [&](int x, int y) {
+                return std::max(std::max(window.bounds[window.at(x - n, y)],
+                                         window.bounds[window.at(x + n, y)]),
+                                std::max(window.bounds[window.at(x, y - n)],
+                                         window.bounds[window.at(x, y + n)]));
+            });
     }
 }
 
@@ -267,20 +346,46 @@ Result<RasterPatch> FineSurface::patch(const SampleGrid& grid, int margin) const
     return patch;
 }
 
+namespace {
+
+/// The places from the last one below the raster's edge to the first one above the opposite edge, as the first one and
+/// the end. All beyond these have the same heights: the samples on both sides of them are equal.
+std::pair<std::size_t, std::size_t> distinct_places(const std::vector<SamplePlace>& places,
+                                                    int samples) {
+    const auto first_at_or_after = [&](std::int64_t index) {
+        return static_cast<std::size_t>(
+            std::ranges::lower_bound(places, index, {}, &SamplePlace::index) - places.begin());
+    };
+    const std::size_t begin = first_at_or_after(0), end = first_at_or_after(samples - 1);
+    return {begin - std::min<std::size_t>(begin, 1), std::min(end + 1, places.size())};
+}
+
+}  // namespace
+
 void FineSurface::sample(const RasterPatch& patch, const SampleGrid& grid,
                          std::span<double> heights_out) const {
     const std::vector<SamplePlace> columns = places(grid.corner.x, grid.step, grid.columns, true);
     const std::vector<SamplePlace> rows = places(grid.corner.y, grid.step, grid.rows, false);
-    std::size_t at = 0;
-    for (const SamplePlace& v : rows) {
-        const double* south = patch.samples.data() + (v.index - patch.row) * patch.columns;
-        const double* north = south + patch.columns;
-        for (const SamplePlace& u : columns) {
+    const auto [west, east] = distinct_places(columns, grid_.columns);
+    const auto [south, north] = distinct_places(rows, grid_.rows);
+    const std::size_t width = columns.size();
+    const auto line = [&](std::size_t y) { return heights_out.data() + y * width; };
+    for (std::size_t y = south; y < north; ++y) {
+        const SamplePlace& v = rows[y];
+        const double* below = patch.samples.data() + (v.index - patch.row) * patch.columns;
+        const double* above = below + patch.columns;
+        double* out = line(y);
+        for (std::size_t x = west; x < east; ++x) {
+            const SamplePlace& u = columns[x];
             const std::ptrdiff_t i = u.index - patch.column;
-            heights_out[at++] =
-                bilinear(south[i], south[i + 1], north[i], north[i + 1], u.fraction, v.fraction);
+            out[x] =
+                bilinear(below[i], below[i + 1], above[i], above[i + 1], u.fraction, v.fraction);
         }
+        std::fill(out, out + west, out[west]);
+        std::fill(out + east, out + width, out[east - 1]);
     }
+    for (std::size_t y = 0; y < south; ++y) std::copy_n(line(south), width, line(y));
+    for (std::size_t y = north; y < rows.size(); ++y) std::copy_n(line(north - 1), width, line(y));
 }
 
 Result<DiamondWindow> FineSurface::surface_window(const SampleGrid& grid) const {
@@ -296,7 +401,11 @@ DiamondWindow FineSurface::make_window(const RasterPatch& patch, const SampleGri
     window.rows = grid.rows;
     window.heights.resize(grid.size());
     sample(patch, grid, window.heights);
-    if (!grid_.aligned) window.kinked = std::make_shared<KinkedSurface>(grid_, grid, patch);
+    if (grid_.aligned) {
+        window.find_runs();
+    } else {
+        window.kinked = std::make_shared<KinkedSurface>(grid_, grid, patch);
+    }
     return window;
 }
 

@@ -37,6 +37,19 @@ struct DiamondWindow {
     /// [rows * columns] bounds of vertices, up to the spacing for which they were computed; otherwise 0.
     std::vector<float> bounds;
 
+    /// [rows], [columns] first of the equal rows, or columns, that end at this one: beyond the raster all are equal.
+    /// Empty: none is known to be equal to another one.
+    std::vector<int> row_runs, column_runs;
+
+    /// Finds equal rows and columns. The surface must not be kinked: what lies between equal rows depends on x only.
+    void find_runs();
+    bool has_equal_rows(int first, int last) const {
+        return !row_runs.empty() && row_runs[static_cast<std::size_t>(last)] <= first;
+    }
+    bool has_equal_columns(int first, int last) const {
+        return !column_runs.empty() && column_runs[static_cast<std::size_t>(last)] <= first;
+    }
+
     std::size_t at(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
                static_cast<std::size_t>(x);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <span>
 
 namespace terrane::internal {
@@ -79,6 +80,19 @@ Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTie
                 static_cast<std::size_t>(x + i);
             tier.heights[at] = window.heights[window.at(wx, wy)];
             tier.bounds[at] = window.bounds[window.at(wx, wy)];
+            // As in compute_bounds(), a cell repeats its neighbour over equal rows or columns.
+            std::optional<std::size_t> equal;
+            if (j > 0 && window.has_equal_rows(wy - ratio, wy + ratio)) {
+                equal = at - static_cast<std::size_t>(tier.columns);
+            } else if (i > 0 && window.has_equal_columns(wx - ratio, wx + ratio)) {
+                equal = at - 1;
+            }
+            if (equal) {
+                tier.cell_bounds[at] = tier.cell_bounds[*equal];
+                tier.cell_low[at] = tier.cell_low[*equal];
+                tier.cell_high[at] = tier.cell_high[*equal];
+                continue;
+            }
             tier.cell_bounds[at] = cell_deviation(window, wx, wy, ratio);
             const HeightInterval between = bilinear_deviation(window, wx, wy, ratio);
             tier.cell_low[at] = -round_outward(-between.low);

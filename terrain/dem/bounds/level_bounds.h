@@ -40,10 +40,14 @@ struct BoundTier {
     bool contains(std::int64_t x, std::int64_t y) const {
         return x >= first_x && y >= first_y && x < first_x + columns && y < first_y + rows;
     }
-    std::size_t at(std::int64_t x, std::int64_t y) const {
+    std::size_t at(std::int64_t x, std::int64_t y) const { return row_at(y) + column_at(x); }
+    /// The two parts of at().
+    std::size_t row_at(std::int64_t y) const {
         return static_cast<std::size_t>(repeated(y - first_y, rows)) *
-                   static_cast<std::size_t>(columns) +
-               static_cast<std::size_t>(repeated(x - first_x, columns));
+               static_cast<std::size_t>(columns);
+    }
+    std::size_t column_at(std::int64_t x) const {
+        return static_cast<std::size_t>(repeated(x - first_x, columns));
     }
 
 private:

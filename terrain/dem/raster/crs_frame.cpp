@@ -12,6 +12,8 @@
 
 #include <terrane/base/text.h>
 
+#include <gdal_alg.h>
+#include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
@@ -287,6 +289,53 @@ void CrsTransform::apply(std::span<double> x, std::span<double> y, std::span<dou
             if (!z.empty()) z[i + j] = kNan;
         }
     }
+}
+
+std::shared_ptr<const ControlPoints> ControlPoints::create(GDALDataset& dataset) {
+    const QuietGdal quiet;
+    constexpr int kAutomaticOrder = 0;
+    void* polynomials =
+        GDALCreateGCPTransformer(dataset.GetGCPCount(), dataset.GetGCPs(), kAutomaticOrder, FALSE);
+    if (polynomials == nullptr) return nullptr;
+    std::shared_ptr<ControlPoints> made(new ControlPoints);
+    made->polynomials_ = {polynomials, GDALDestroyGCPTransformer};
+    return made;
+}
+
+std::array<double, 2> ControlPoints::convert(double x, double y, bool to_pixel) const {
+    double z = 0.0;
+    int is_good = FALSE;
+    GDALGCPTransform(polynomials_.get(), to_pixel ? TRUE : FALSE, 1, &x, &y, &z, &is_good);
+    if (is_good == FALSE || !std::isfinite(x) || !std::isfinite(y)) return {kNan, kNan};
+    return {x, y};
+}
+
+// A sample is in the middle of its pixel.
+std::array<double, 2> ControlPoints::to_crs(double column, double row) const {
+    return convert(column + 0.5, row + 0.5, false);
+}
+std::array<double, 2> ControlPoints::from_crs(double x, double y) const {
+    const std::array<double, 2> pixel = convert(x, y, true);
+    return {pixel[0] - 0.5, pixel[1] - 0.5};
+}
+
+CrsRect ControlPoints::extent(int columns, int rows) const {
+    constexpr int kEdge = 1024;
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    double west = kInfinite, south = kInfinite, east = -kInfinite, north = -kInfinite;
+    for (int i = 0; i <= kEdge; ++i) {
+        const double part = static_cast<double>(i) / kEdge;
+        const double column = columns * part - 0.5, row = rows * part - 0.5;
+        for (const std::array<double, 2>& p : {to_crs(column, -0.5), to_crs(column, rows - 0.5),
+                                               to_crs(-0.5, row), to_crs(columns - 0.5, row)}) {
+            if (std::isnan(p[0])) continue;
+            west = std::min(west, p[0]);
+            east = std::max(east, p[0]);
+            south = std::min(south, p[1]);
+            north = std::max(north, p[1]);
+        }
+    }
+    return {0.5 * (west + east), 0.5 * (south + north), 0.5 * (east - west), 0.5 * (north - south)};
 }
 
 Result<CrsScale> crs_scale_of(const OGRSpatialReference& crs, const CrsRect& rect) {

@@ -5,12 +5,14 @@
 #include <terrane/base/result.h>
 #include <terrane/dem/dem_heights.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
 
+class GDALDataset;
 class OGRCoordinateTransformation;
 class OGRSpatialReference;
 
@@ -59,6 +61,27 @@ private:
 struct CrsRect {
     double centre_x = 0.0, centre_y = 0.0;
     double half_width = 0.0, half_height = 0.0;
+};
+
+/// The polynomials that GDAL fits to a raster's ground control points: from places in the raster to the CRS and, fitted
+/// separately, from the CRS to the raster. Whole numbers of columns and rows are samples, in the order of the file.
+/// Threads: any.
+class ControlPoints {
+public:
+    /// Null if the points determine no polynomial.
+    static std::shared_ptr<const ControlPoints> create(GDALDataset& dataset);
+
+    /// Converts a place in the raster to the CRS, or the opposite; NaN if it has no counterpart.
+    std::array<double, 2> to_crs(double column, double row) const;
+    std::array<double, 2> from_crs(double x, double y) const;
+    /// The smallest rectangle around a raster's outer edges, found from a thousand places on each.
+    CrsRect extent(int columns, int rows) const;
+
+private:
+    ControlPoints() = default;
+    std::array<double, 2> convert(double x, double y, bool to_pixel) const;
+
+    std::shared_ptr<void> polynomials_;
 };
 
 /// How a raster's CRS becomes the plane of the world: two factors.

@@ -196,10 +196,13 @@ PlaneMap::~PlaneMap() = default;
 Result<std::shared_ptr<const PlaneMap>> PlaneMap::create(const RasterReader& reader, double cell) {
     const std::shared_ptr<PlaneMap> map(new PlaneMap);
     map->info_ = reader.info();
+    map->crs_from_sample_ = reader.crs_from_sample();
     map->sample_from_crs_ = inverse_of(reader.crs_from_sample());
+    map->points_ = reader.control_points();
     const bool is_local = reader.reading().projection == DemProjection::local;
-    const auto done =
-        is_local ? map->lay_out_tangent(reader, cell) : map->lay_out_affine(reader, cell);
+    const auto done = is_local       ? map->lay_out_tangent(cell)
+                      : map->points_ ? map->lay_out_points(reader, cell)
+                                     : map->lay_out_affine(reader, cell);
     if (!done)
         return fail(done.error().code, named_raster(reader.path()) + " " + done.error().message);
     TERRANE_TRY(check_cells(reader.path(), map->info_));
@@ -238,17 +241,49 @@ Result<void> PlaneMap::lay_out_affine(const RasterReader& reader, double cell) {
                     0.5 * my * (columns * std::fabs(t[4]) + rows * std::fabs(t[5])), cell, info_);
 }
 
-Result<void> PlaneMap::lay_out_tangent(const RasterReader& reader, double cell) {
+Result<void> PlaneMap::lay_out_points(const RasterReader& reader, double cell) {
+    const double mx = info_.metres_per_unit_x, my = info_.metres_per_unit_y;
+    if (cell == 0.0) {
+        const double column = 0.5 * info_.columns - 0.5, row = 0.5 * info_.rows - 0.5;
+        const auto length = [&](double by_column, double by_row) {
+            const auto from = to_crs({column - 0.5 * by_column, row - 0.5 * by_row});
+            const auto to = to_crs({column + 0.5 * by_column, row + 0.5 * by_row});
+            return std::hypot((to[0] - from[0]) * mx, (to[1] - from[1]) * my);
+        };
+        cell = std::min(length(1.0, 0.0), length(0.0, 1.0));
+        if (!(cell > 0.0)) {
+            return fail(ErrorCode::bad_data, "has cells without length at its middle");
+        }
+    }
+    return set_size(reader.rect().half_width * mx, reader.rect().half_height * my, cell, info_);
+}
+
+std::array<double, 2> PlaneMap::to_crs(const SamplePosition& at) const {
+    if (points_) return points_->to_crs(at.column, at.row);
+    const std::array<double, 6>& t = crs_from_sample_;
+    return {t[0] + t[1] * at.column + t[2] * at.row, t[3] + t[4] * at.column + t[5] * at.row};
+}
+
+SamplePosition PlaneMap::from_crs(double x, double y) const {
+    if (points_) {
+        const std::array<double, 2> at = points_->from_crs(x, y);
+        return {at[0], at[1]};
+    }
+    const std::array<double, 6>& t = sample_from_crs_;
+    return {t[0] + t[1] * x + t[2] * y, t[3] + t[4] * x + t[5] * y};
+}
+
+Result<void> PlaneMap::lay_out_tangent(double cell) {
     TERRANE_TRY(projection_, Projection::create(info_));
-    const std::array<double, 6> t = reader.crs_from_sample();
     // Longitudes and latitudes of places in the raster.
     const auto geodetic = [&](std::span<const SamplePosition> places, std::vector<double>& x_out,
                               std::vector<double>& y_out) {
         x_out.clear();
         y_out.clear();
         for (const SamplePosition& at : places) {
-            x_out.push_back(t[0] + t[1] * at.column + t[2] * at.row);
-            y_out.push_back(t[3] + t[4] * at.column + t[5] * at.row);
+            const std::array<double, 2> p = to_crs(at);
+            x_out.push_back(p[0]);
+            y_out.push_back(p[1]);
         }
         projection_->to_radians(x_out, y_out);
     };
@@ -333,10 +368,7 @@ void PlaneMap::make_table() {
             y[i] = place.latitude;
         }
         projection_->from_radians(x, y, middle);
-        const std::array<double, 6>& t = sample_from_crs_;
-        for (std::size_t i = 0; i < x.size(); ++i) {
-            out.push_back({t[0] + t[1] * x[i] + t[2] * y[i], t[3] + t[4] * x[i] + t[5] * y[i]});
-        }
+        for (std::size_t i = 0; i < x.size(); ++i) out.push_back(from_crs(x[i], y[i]));
     };
     for (int row = 0; row < table_rows_; ++row) line_at(0.0, row, table_columns_, table_);
     is_smooth_.assign(table_.size(), true);
@@ -356,11 +388,9 @@ void PlaneMap::make_table() {
 }
 
 SamplePosition PlaneMap::at(double x, double y) const {
-    const std::array<double, 6>& t = sample_from_crs_;
     if (!tangent_) {
-        const double X = info_.centre_x + x / info_.metres_per_unit_x;
-        const double Y = info_.centre_y + y / info_.metres_per_unit_y;
-        return {t[0] + t[1] * X + t[2] * Y, t[3] + t[4] * X + t[5] * Y};
+        return from_crs(info_.centre_x + x / info_.metres_per_unit_x,
+                        info_.centre_y + y / info_.metres_per_unit_y);
     }
     const double u = (x - table_x_) / table_step_, v = (y - table_y_) / table_step_;
     const double column = std::floor(u), row = std::floor(v);
@@ -373,7 +403,7 @@ SamplePosition PlaneMap::at(double x, double y) const {
         const auto place = tangent_->geodetic_from_world({x, y, tangent_->foot(x, y).z});
         double X[] = {place.longitude}, Y[] = {place.latitude};
         projection_->from_radians(X, Y, info_.middle_longitude * std::numbers::pi / 180.0);
-        return {t[0] + t[1] * X[0] + t[2] * Y[0], t[3] + t[4] * X[0] + t[5] * Y[0]};
+        return from_crs(X[0], Y[0]);
     }
     const std::array<double, 4> across = cubic_weights(u - column), along = cubic_weights(v - row);
     SamplePosition sum;

@@ -55,7 +55,7 @@ struct SamplePosition {
 };
 
 /// Where the samples of a raster are in a plane on whose axes they do not lie: the plane of a rotated or sheared
-/// raster, or the tangent plane at a raster's middle.
+/// raster, or of one that ground control points place, or the tangent plane at a raster's middle.
 ///
 /// The tangent plane's map to sample positions is tabulated, with cubic interpolation, wherever its error in the middle
 /// of the table's cells is below kTableError; elsewhere PROJ is called for each position.
@@ -82,6 +82,7 @@ public:
         return tangent_ ? tangent_->foot(x, y) : TangentPlane::Foot{};
     }
     double most_curvature() const { return tangent_ ? tangent_->most_curvature() : 0.0; }
+    bool is_affine() const { return !tangent_ && !points_; }
     /// The place in the raster of the point of that surface at (x, y); NaN: none.
     SamplePosition at(double x, double y) const;
 
@@ -90,11 +91,16 @@ private:
 
     PlaneMap();
     Result<void> lay_out_affine(const RasterReader& reader, double cell);
-    Result<void> lay_out_tangent(const RasterReader& reader, double cell);
+    Result<void> lay_out_points(const RasterReader& reader, double cell);
+    Result<void> lay_out_tangent(double cell);
+    /// Between places in the raster and its CRS.
+    std::array<double, 2> to_crs(const SamplePosition& at) const;
+    SamplePosition from_crs(double x, double y) const;
     void make_table();
 
     DemInfo info_;
-    std::array<double, 6> sample_from_crs_{};  ///< as a geotransform
+    std::array<double, 6> crs_from_sample_{}, sample_from_crs_{};  ///< as geotransforms
+    std::shared_ptr<const ControlPoints> points_;                  ///< instead of both; or null
     std::unique_ptr<const TangentPlane> tangent_;
     std::unique_ptr<const Projection> projection_;
     double table_step_ = 0.0, table_x_ = 0.0, table_y_ = 0.0;

@@ -149,7 +149,7 @@ tl::unexpected<Error> stopped_answering(const std::string& path, double patience
 Result<void> RasterReader::check_placement() {
     const std::string name = named_raster(path_);
     const bool is_cell_set = reading_.cell > 0.0;
-    if (transform_) {
+    if (transform_ || points_) {
         if (!is_cell_set || is_resampled()) return {};
         return fail(ErrorCode::bad_data,
                     name + " has " + info_.placement +
@@ -235,14 +235,20 @@ Result<void> RasterReader::straighten() {
     is_transposed_ = transform_ && (*transform_)[1] == 0.0 && (*transform_)[5] == 0.0;
     const bool is_rotated =
         transform_ && !is_transposed_ && ((*transform_)[2] != 0.0 || (*transform_)[4] != 0.0);
-    is_rotated_ = is_rotated && numbers_ == RasterNumbers::heights;
     const int point_count = transform_ ? 0 : dataset->GetGCPCount();
+    is_rotated_ = (is_rotated || point_count > 0) && numbers_ == RasterNumbers::heights;
     if (is_transposed_) info_.placement += ", turned by 90 degrees";
     if (is_rotated) info_.placement += ", rotated";
-    if (point_count > 0) {
-        info_.placement = std::to_string(point_count) + " ground control points, resampled";
+    if (point_count > 0) info_.placement = std::to_string(point_count) + " ground control points";
+    if (point_count > 0 && is_rotated_) {
+        points_ = ControlPoints::create(*dataset);
+        if (!points_) {
+            return fail(ErrorCode::bad_data, named_raster(path_) + " has " + info_.placement +
+                                                 " that do not place it: " + quiet.message());
+        }
     }
-    if ((is_rotated && !is_rotated_) || point_count > 0) {
+    if ((is_rotated || point_count > 0) && !is_rotated_) {
+        if (point_count > 0) info_.placement += ", resampled";
         TERRANE_TRY(warp());
         dataset = warped_.get();
         transform_ = geotransform_of(*dataset);
@@ -302,22 +308,30 @@ Result<void> RasterReader::find_place() {
          0.0, by_column * transform[4], by_row * transform[5]};
     t[0] = info_.centre_x - 0.5 * ((columns - 1.0) * t[1] + (rows - 1.0) * t[2]);
     t[3] = info_.centre_y - 0.5 * ((columns - 1.0) * t[4] + (rows - 1.0) * t[5]);
-    const CrsRect rect{info_.centre_x, info_.centre_y,
-                       0.5 * (columns * std::fabs(transform[1]) + rows * std::fabs(transform[2])),
-                       0.5 * (columns * std::fabs(transform[4]) + rows * std::fabs(transform[5]))};
-    const OGRSpatialReference* crs = transform_ ? dataset.GetSpatialRef() : nullptr;
+    rect_ = {info_.centre_x, info_.centre_y,
+             0.5 * (columns * std::fabs(transform[1]) + rows * std::fabs(transform[2])),
+             0.5 * (columns * std::fabs(transform[4]) + rows * std::fabs(transform[5]))};
+    double step = std::max(std::fabs(transform[1]), std::fabs(transform[2]));
+    if (points_) {
+        rect_ = points_->extent(info_.columns, info_.rows);
+        info_.centre_x = rect_.centre_x;
+        info_.centre_y = rect_.centre_y;
+        step = 2.0 * std::max(rect_.half_width / columns, rect_.half_height / rows);
+    }
+    const OGRSpatialReference* crs = transform_ ? dataset.GetSpatialRef()
+                                     : points_  ? dataset.GetGCPSpatialRef()
+                                                : nullptr;
     if (crs != nullptr) {
         if (crs->GetName() != nullptr) info_.crs = crs->GetName();
         char* wkt = nullptr;
         if (crs->exportToWkt(&wkt) == OGRERR_NONE) info_.crs_wkt = wkt;
         CPLFree(wkt);
-        if (reading_.projection == DemProjection::own) TERRANE_TRY(choose_plane(*crs, rect));
+        if (reading_.projection == DemProjection::own) TERRANE_TRY(choose_plane(*crs, rect_));
         const double degrees = crs->GetAngularUnits() * 180.0 / std::numbers::pi;
         if (crs->IsGeographic() != 0) {
-            TERRANE_TRY(check_longitudes(
-                path_, (rect.centre_x - rect.half_width) * degrees,
-                (rect.centre_x + rect.half_width) * degrees,
-                std::max(std::fabs(transform[1]), std::fabs(transform[2])) * degrees));
+            TERRANE_TRY(check_longitudes(path_, (rect_.centre_x - rect_.half_width) * degrees,
+                                         (rect_.centre_x + rect_.half_width) * degrees,
+                                         step * degrees));
         }
     }
     if (is_resampled()) return {};  // PlaneMap chooses the cells

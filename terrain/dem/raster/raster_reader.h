@@ -79,9 +79,9 @@ public:
 /// The first band of a raster on a grid in metres. Rows run from south to north, whatever their order in the file.
 class RasterReader final : public HeightReader {
 public:
-    /// Opens any dataset that GDAL can open. Heights of a rotated raster are read as they are in the file: see
-    /// is_resampled(). Other rotated rasters, and those with ground control points, are read through GDAL's warped,
-    /// unrotated view.
+    /// Opens any dataset that GDAL can open. Heights of a raster that is rotated, or placed by ground control points,
+    /// are read as they are in the file: see is_resampled(). Other numbers of such rasters are read through GDAL's
+    /// warped, unrotated view.
     ///
     /// Fails: io if GDAL cannot open it; bad_data for fewer than 2 x 2 heights, an invalid geometry, or if the
     ///        file does not say what its numbers mean
@@ -103,8 +103,13 @@ public:
 
     /// Whether the samples do not lie on the axes of the world, so that heights must be resampled: see PlaneMap.
     bool is_resampled() const;
-    /// From columns and rows of samples to the CRS, as a geotransform; whole numbers are samples.
+    /// From columns and rows of samples to the CRS, as a geotransform; whole numbers are samples. Not valid if there
+    /// are control_points().
     const std::array<double, 6>& crs_from_sample() const { return crs_from_sample_; }
+    /// The same by polynomials, for heights that ground control points place; otherwise null.
+    const std::shared_ptr<const ControlPoints>& control_points() const { return points_; }
+    /// The raster's outer edges in the CRS.
+    const CrsRect& rect() const { return rect_; }
 
     /// Position of a sample in the file, for messages: "column 7, row 19 of the file (both from 0)".
     std::string place_in_file(int column, int row) const;
@@ -153,7 +158,10 @@ private:
     /// From raster coordinates to the CRS; absent: no georeferencing.
     std::optional<std::array<double, 6>> transform_;
     std::array<double, 6> crs_from_sample_{};
-    bool is_rotated_ = false;     ///< heights, and not by a multiple of 90 degrees
+    std::shared_ptr<const ControlPoints> points_;
+    CrsRect rect_;
+    bool is_rotated_ =
+        false;  ///< heights, and not by a multiple of 90 degrees, or by control points
     bool is_transposed_ = false;  ///< the file's rows run along the world's columns
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  ///< a GDAL dataset serves one thread at a time

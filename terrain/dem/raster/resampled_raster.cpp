@@ -447,7 +447,7 @@ double ResampledRaster::cell_error(const Tile& tile, int column, int row) const 
             (flat + 2.0 * raster_->rounding() + slope * (2.0 * at_nodes + shift)) / remaining;
         // The places whose slopes were needed must be those that were looked at.
         const double strayed = at_nodes + shift + tilt * error;
-        if (strayed > around && map_->most_curvature() > 0.0) {
+        if (strayed > around && !map_->is_affine()) {
             around = 2.0 * strayed;
             continue;
         }

@@ -68,10 +68,11 @@ struct CameraPathSettings {
 ///
 /// A track is followed along a smooth curve through its points, whose velocity is continuous. Whatever the intervals of
 /// the points, compared with uniform motion along the straight line between two points, the curve is off by up to 0.53
-/// times the distance of the points, and by at most 1.5 s of that motion; the track's own heights stay between the
-/// heights of the two points. A recorded track is smoothed before, by its times, or by its length if it has none;
-/// its ends keep their places. It is then off by at most 3 s of the fastest motion in the 8 s before and after; without
-/// times, smoothing moves it by at most 5 m. If a speed is set, times follow from the smoothed positions.
+/// times the distance of the points, and by at most 1.5 s of that motion; its speed is at most 2.5 times the uniform
+/// one; the track's own heights stay between the heights of the two points. A recorded track is smoothed before, by its
+/// times, or by its length if it has none; its ends keep their places. It is then off by at most 2.3 s of the fastest
+/// motion in the 6 s before and after, and at most 2.5 times as fast; without times, it stays within 7.7 m of the
+/// straight lines between its points. If a speed is set, times follow from the smoothed positions.
 ///
 /// Immutable, cheap to copy. Threads: any number
 class CameraPath {

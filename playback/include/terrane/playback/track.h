@@ -47,8 +47,9 @@ struct TrackReference {
 /// Reads a track in the format of the file extension:
 ///
 ///   .csv   lines of numbers under a header that names the columns x_m and y_m and optionally time_s and z_m (or
-///          eye_x_m and so on, so that a frames.csv can be replayed); other columns are ignored. Without a header, the
-///          columns are time_s,x_m,y_m,z_m. A z_m that is empty or nan is missing
+///          eye_x_m and so on, so that a frames.csv can be replayed). Other columns are ignored; Track::note names them
+///          if times or heights are missing. Without a header, the columns are time_s,x_m,y_m,z_m. A z_m that is empty
+///          or nan is missing
 ///   .gpx   the track points (trkpt) of all segments in order, with heights (ele) and times. A height is missing if
 ///          there is none, if it is -9999, -32768 or -99999, or if the fix is 2d; points whose fix is none are left out
 ///   .igc   the fixes (B records); heights are GNSS altitudes. One is missing if the fix is 2D (validity V), or if it

@@ -141,9 +141,10 @@ struct DemInfo {
 /// rounding of samples to 32 bits, of 64-bit integers to double, and of sums in which the offset cancels.
 ///
 /// A raster whose rows and columns are not parallel to x and y (its geotransform turns by no multiple of 90 degrees, or
-/// shears), and every raster with DemProjection::local, is resampled to square cells. Its surface is then bilinear
-/// between the new samples, which are points of the raster's own bilinear surface, and bounds include the distance from
-/// that surface, computed cell by cell. Cells that the raster's edge crosses are ground; its voids are filled anew.
+/// shears, or ground control points place it), and every raster with DemProjection::local, is resampled to square
+/// cells. Its surface is then bilinear between the new samples, which are points of the raster's own bilinear surface,
+/// and bounds include the distance from that surface, computed cell by cell. Cells that the raster's edge crosses are
+/// ground; its voids are filled anew. Control points place it by the polynomials that GDAL fits to them.
 ///
 /// Rasters that do not fit into memory are read by window.
 class DemHeights {
