@@ -17,15 +17,6 @@ std::uint32_t root_of(std::vector<std::uint32_t>& parents, std::uint32_t i) {
     return i;
 }
 
-double distance_to_box(const Eigen::Vector3d& p, const Aabb& box) {
-    double square = 0.0;
-    for (Eigen::Index k = 0; k < 3; ++k) {
-        const double outside = std::max({box.low[k] - p[k], p[k] - box.high[k], 0.0});
-        square += outside * outside;
-    }
-    return std::sqrt(square);
-}
-
 bool share_an_edge(const StarMesh::Triangle& a, const StarMesh::Triangle& b) {
     std::size_t common = 0;
     for (const std::uint32_t v : a)

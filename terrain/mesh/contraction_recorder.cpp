@@ -3,8 +3,14 @@
 
 #include "base/vector_math.h"
 
+#include <terrane/base/text.h>
+
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numeric>
+#include <string>
+#include <utility>
 
 namespace terrane::internal {
 namespace {
@@ -106,13 +112,38 @@ WeldedMesh weld(const TriangleMesh& mesh) {
     return welded;
 }
 
+std::vector<std::uint8_t> locked_places(const WeldedMesh& welded,
+                                        std::span<const std::uint8_t> locked) {
+    std::vector<std::uint8_t> result(welded.places.size(), 0);
+    for (std::size_t v = 0; v < locked.size(); ++v) {
+        if (locked[v] != 0) result[welded.place_of_vertex[v]] = 1;
+    }
+    return result;
+}
+
+Result<void> check_settings(const TriangleMesh& mesh, const ProgressiveSettings& settings) {
+    constexpr double kLargestWeight = 1e3;
+    const std::pair<const char*, double> weights[] = {
+        {"normal_weight", settings.normal_weight},
+        {"texture_coordinate_weight", settings.texture_coordinate_weight},
+        {"colour_weight", settings.colour_weight}};
+    for (const auto& [name, weight] : weights) {
+        if (weight >= 0.0 && weight <= kLargestWeight) continue;
+        return fail(ErrorCode::invalid_argument, std::string(name) + " must be from 0 to " +
+                                                     number_text(kLargestWeight) + ", got " +
+                                                     number_text(weight));
+    }
+    return check_sizes(mesh.positions.size(), mesh.triangles.size(), settings.locked.size());
+}
+
 // Quadrics of attributes.
 // Sources: M. Garland, P. Heckbert. Simplifying Surfaces with Color and Texture using Quadric Error Metrics. IEEE
 //          Visualization 1998 (quadrics of attributes).
 //          H. Hoppe. New Quadric Metric for Simplifying Meshes with Appearance Attributes. IEEE Visualization 1999
 //          (the deviation of an attribute from its linear extrapolation to the same position).
-// Deviations: attributes of the remaining vertex are kept, not optimised; costs are means over the area, so that they
-//             compare as squared distances.
+// Deviations: costs are means over the area, so that they compare as squared distances. A contraction onto a vertex
+//             that stays keeps that vertex's attributes; one that moves it gives it the attributes with the least
+//             deviation.
 
 AttributeQuadrics::AttributeQuadrics(const TriangleMesh& mesh, const ProgressiveSettings& settings,
                                      std::span<const TriangleMesh::Triangle> corners) {
@@ -122,7 +153,9 @@ AttributeQuadrics::AttributeQuadrics(const TriangleMesh& mesh, const Progressive
         low = low.cwiseMin(p);
         high = high.cwiseMax(p);
     }
-    add_values(mesh, settings, length(high - low));
+    low_ = low;
+    size_ = length(high - low);
+    add_values(mesh, settings, size_);
     if (is_empty()) return;
     for (const Eigen::Vector3d& p : mesh.positions) positions_.push_back(p - low);
     sums_.resize(mesh.positions.size());
@@ -229,6 +262,69 @@ void AttributeQuadrics::add(std::uint32_t from, std::uint32_t to) {
     }
 }
 
+// The deviation sum_k sum_t a_t (s_k - g_tk p - d_tk)^2 of an attribute s_k over triangles t of area a_t is least for
+// the mean s_k = sum_t a_t (g_tk p + d_tk) / sum_t a_t. The quadric that remains is that of the extrapolated
+// attributes less the square of this mean.
+void AttributeQuadrics::add_least(std::span<const std::uint32_t> vertices,
+                                  const Eigen::Vector3d& origin, Quadric& sum) const {
+    double weight = 0.0;
+    for (const std::uint32_t v : vertices) weight += sums_[v].weight;
+    if (!(weight > 0.0)) return;
+    Quadric least;
+    for (const std::uint32_t v : vertices) least.add_scaled(sums_[v].square, 1.0 / weight);
+    for (std::size_t k = 0; k < dimension_; ++k) {
+        Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+        double constant = 0.0;
+        for (const std::uint32_t v : vertices) {
+            const Linear& l = linear_[v * dimension_ + k];
+            gradient += Eigen::Vector3d(l.x, l.y, l.z);
+            constant += l.constant;
+        }
+        least.add_square(gradient / weight, constant / weight, -1.0);
+    }
+    sum.add_scaled(least.translated(low_ - origin), 1.0);
+}
+
+void AttributeQuadrics::move(std::uint32_t vertex, const Eigen::Vector3d& position) {
+    if (is_empty()) return;
+    const Eigen::Vector3d p = position - low_;
+    positions_[vertex] = p;
+    const double weight = sums_[vertex].weight;
+    if (!(weight > 0.0)) return;
+    has_moved_.resize(positions_.size(), 0);
+    has_moved_[vertex] = 1;
+    for (std::size_t k = 0; k < dimension_; ++k) {
+        const Linear& l = linear_[vertex * dimension_ + k];
+        values_[vertex * dimension_ + k] =
+            (l.x * p[0] + l.y * p[1] + l.z * p[2] + l.constant) / weight;
+    }
+}
+
+void AttributeQuadrics::write(TriangleMesh& mesh, const ProgressiveSettings& settings) const {
+    for (std::size_t v = 0; v < has_moved_.size(); ++v) {
+        if (has_moved_[v] == 0) continue;
+        const double* value = &values_[v * dimension_];
+        if (!mesh.normals.empty() && settings.normal_weight > 0.0) {
+            const Eigen::Vector3d normal(value[0], value[1], value[2]);
+            const double of_normal = length(normal);
+            if (of_normal > 0.0) mesh.normals[v] = (normal / of_normal).cast<float>();
+            value += 3;
+        }
+        if (!mesh.texture_coordinates.empty() && settings.texture_coordinate_weight > 0.0) {
+            const double scale = settings.texture_coordinate_weight * size_;
+            mesh.texture_coordinates[v] = {static_cast<float>(value[0] / scale),
+                                           static_cast<float>(value[1] / scale)};
+            value += 2;
+        }
+        if (!mesh.colours.empty() && settings.colour_weight > 0.0) {
+            const double scale = settings.colour_weight * size_ / 255.0;
+            for (std::size_t k = 0; k < 4; ++k)
+                mesh.colours[v][k] = static_cast<std::uint8_t>(
+                    std::floor(std::clamp(value[k] / scale, 0.0, 255.0) + 0.5));
+        }
+    }
+}
+
 namespace {
 
 constexpr std::uint32_t kNone = ~std::uint32_t{0};
@@ -299,6 +395,45 @@ double ContractionRecorder::cost(std::uint32_t u, std::uint32_t v) const {
         if (least < kInfinity) sum += least;
     }
     return sum;
+}
+
+// Of the vertices in use at a place, the one that another one can replace at the least cost; kNone if none is.
+std::uint32_t ContractionRecorder::cheapest(std::uint32_t vertex, std::uint32_t place) const {
+    std::uint32_t best = kNone;
+    double least = kInfinity;
+    for (const std::uint32_t other : mesh_.vertices_at(place)) {
+        if (use_counts_[other] == 0) continue;
+        const double cost = attributes_.cost(vertex, other);
+        if (best != kNone && !(cost < least)) continue;
+        least = cost;
+        best = other;
+    }
+    return best;
+}
+
+void ContractionRecorder::add_cost(std::uint32_t u, std::uint32_t v, const Eigen::Vector3d& origin,
+                                   Quadric& sum) const {
+    const auto of_u = mesh_.vertices_at(u), of_v = mesh_.vertices_at(v);
+    // places with more vertices are not contracted
+    if (attributes_.is_empty() || std::max(of_u.size(), of_v.size()) > kMaxValence) return;
+    if (of_u.size() == 1 && of_v.size() == 1)
+        return attributes_.add_least(std::array{of_v[0], of_u[0]}, origin, sum);
+    std::array<std::uint32_t, kMaxValence> targets;
+    for (std::size_t i = 0; i < of_u.size(); ++i)
+        targets[i] = use_counts_[of_u[i]] == 0 ? kNone : cheapest(of_u[i], v);
+    for (const std::uint32_t to : of_v) {
+        if (use_counts_[to] == 0) continue;
+        std::array<std::uint32_t, kMaxValence + 1> joined = {to};
+        std::size_t count = 1;
+        for (std::size_t i = 0; i < of_u.size(); ++i) {
+            if (targets[i] == to) joined[count++] = of_u[i];
+        }
+        attributes_.add_least(std::span(joined).first(count), origin, sum);
+    }
+}
+
+void ContractionRecorder::on_move(std::uint32_t v, const Eigen::Vector3d& position) {
+    for (const std::uint32_t vertex : mesh_.vertices_at(v)) attributes_.move(vertex, position);
 }
 
 // Of the vertices in use at a place, the one whose attributes are most similar to those of `vertex`; kNone if none is.

@@ -4,8 +4,9 @@
 //          P. Lindstrom, G. Turk. Fast and Memory Efficient Polygonal Simplification. IEEE Visualization 1998 (ties on
 //          flat parts are resolved by length).
 //          T. Dey et al. Topology preserving edge contraction. Publ. Inst. Math. 66, 1999 (the link condition).
-// Deviations: half-edge contractions; costs are means over the area of the planes, so that they compare as squared
-//             distances; quadrics only determine the order, ContractionBound decides.
+// Deviations: costs are means over the area of the planes, so that they compare as squared distances. With
+//             Placement::endpoint, half-edge contractions: quadrics only determine the order, ContractionBound decides.
+//             With Placement::optimal, the distances of tracked points of the input decide in its place.
 #include "mesh/contractor.h"
 
 #include "base/vector_math.h"
@@ -23,11 +24,56 @@ constexpr double kLengthWeight = 1e-6;
 constexpr double kTurnedWeight = 0.01;
 // A deferred contraction is performed if its cost has grown by at most this factor since it was deferred.
 constexpr double kDeferredGrowth = 1.25;
+// Weight of the squared distance from the middle of an edge in the minimum of a quadric, relative to the quadric's
+// trace: a direction along which normals turn by less than a hundredth of a radian hardly counts.
+constexpr double kMiddleWeight = 1e-4;
+// Least cosine of the angle between the normals of a triangle before and after a contraction, and least ratio of height
+// to longest edge afterwards, unless one of the old triangles is worse: as in contraction_bound.cpp.
+constexpr double kLeastTurnCosine = 0.2;
+constexpr double kLeastPlacedShape = 0.02;
+constexpr double kLeastPlacedShapeEver = 1e-5;
 
 }  // namespace
 
+// With s = step, x' A x + 2 b' x + c at x = p - s is p' A p + 2 (b - A s)' p + s' A s - 2 b' s + c.
+Quadric Quadric::translated(const Eigen::Vector3d& s) const {
+    const Eigen::Vector3d turned = {xx * s[0] + xy * s[1] + xz * s[2],
+                                    xy * s[0] + yy * s[1] + yz * s[2],
+                                    xz * s[0] + yz * s[1] + zz * s[2]};
+    Quadric result = *this;
+    result.x -= turned[0];
+    result.y -= turned[1];
+    result.z -= turned[2];
+    result.constant += dot(s, turned) - 2.0 * (x * s[0] + y * s[1] + z * s[2]);
+    return result;
+}
+
+// Solves (A + w I) step = -(A middle + b) by Cholesky factors; w keeps the matrix positive definite.
+Eigen::Vector3d Quadric::minimum(const Eigen::Vector3d& middle) const {
+    const double w = kMiddleWeight * (xx + yy + zz);
+    if (!(w > 0.0)) return middle;
+    const Eigen::Vector3d slope = {xx * middle[0] + xy * middle[1] + xz * middle[2] + x,
+                                   xy * middle[0] + yy * middle[1] + yz * middle[2] + y,
+                                   xz * middle[0] + yz * middle[1] + zz * middle[2] + z};
+    const double l00 = std::sqrt(xx + w), l10 = xy / l00, l20 = xz / l00;
+    const double l11 = std::sqrt(std::max(yy + w - l10 * l10, w));
+    const double l21 = (yz - l20 * l10) / l11;
+    const double l22 = std::sqrt(std::max(zz + w - l20 * l20 - l21 * l21, w));
+    const double a = -slope[0] / l00, b = (-slope[1] - l10 * a) / l11,
+                 c = (-slope[2] - l20 * a - l21 * b) / l22;
+    const double step_z = c / l22, step_y = (b - l21 * step_z) / l11,
+                 step_x = (a - l10 * step_y - l20 * step_z) / l00;
+    return middle + Eigen::Vector3d(step_x, step_y, step_z);
+}
+
 Contractor::Contractor(const SimplifyInput& input, const ContractorOptions& options)
-    : vertices_(input.vertices),
+    : moved_vertices_(
+          options.placement == Placement::optimal
+              ? std::vector<Eigen::Vector3d>(input.vertices.begin(), input.vertices.end())
+              : std::vector<Eigen::Vector3d>()),
+      vertices_(options.placement == Placement::optimal
+                    ? std::span<const Eigen::Vector3d>(moved_vertices_)
+                    : input.vertices),
       locked_(input.locked),
       may_join_locked_(input.may_join_locked),
       options_(options),
@@ -41,6 +87,7 @@ Contractor::Contractor(const SimplifyInput& input, const ContractorOptions& opti
       had_refusal_(input.vertices.size(), 0),
       least_costs_(options.error_ratio < kInfinity ? input.vertices.size() : 0, 0.0),
       reductions_(0) {
+    if (is_placing()) points_.emplace(vertices_, input.triangles);
     if (!vertices_.empty() && !input.triangles.empty()) origin_ = vertices_[input.triangles[0][0]];
     add_planes(input.triangles);
     for (std::uint32_t u = 0; u < vertices_.size(); ++u) {
@@ -158,11 +205,46 @@ void Contractor::update_own_cost(std::uint32_t vertex) {
 }
 
 double Contractor::cost(std::uint32_t u, std::uint32_t v) const {
+    if (is_placing()) return best_place(u, v).cost;
     const Eigen::Vector3d edge = vertices_[v] - vertices_[u];
     const double weight = planes_[u].weight + planes_[v].weight;
     const double sum = planes_[u].quadric.at(local(v)) + planes_[v].own_cost;
     const double by_planes = (weight > 0.0 ? sum / weight : 0.0) + kLengthWeight * dot(edge, edge);
     return options_.rules == nullptr ? by_planes : by_planes + options_.rules->cost(u, v);
+}
+
+// Whether a contraction of u and v may move v. A vertex of a border moves only with another one of the border.
+bool Contractor::may_move(std::uint32_t u, std::uint32_t v) const {
+    return kinds_[v] != VertexKind::fixed &&
+           (kinds_[v] == VertexKind::interior || kinds_[u] == VertexKind::border);
+}
+
+// The sum of the quadrics, as means over the area, at its minimum. If that is farther from the edge's middle than the
+// edge is long, the best of both ends and the middle instead: the planes are then nearly parallel.
+Contractor::Place Contractor::best_place(std::uint32_t u, std::uint32_t v) const {
+    Quadric sum;
+    const double weight = planes_[u].weight + planes_[v].weight;
+    if (weight > 0.0) {
+        sum.add_scaled(planes_[u].quadric, 1.0 / weight);
+        sum.add_scaled(planes_[v].quadric, 1.0 / weight);
+    }
+    if (options_.rules != nullptr) options_.rules->add_cost(u, v, origin_, sum);
+    const Eigen::Vector3d from = local(u), to = local(v), edge = to - from;
+    Place place{to, sum.at(to)};
+    if (may_move(u, v)) {
+        const Eigen::Vector3d middle = 0.5 * (from + to), best = sum.minimum(middle);
+        const Eigen::Vector3d step = best - middle;
+        if (dot(step, step) <= dot(edge, edge)) {
+            place = {best, sum.at(best)};
+        } else {
+            for (const Eigen::Vector3d& other : {from, middle}) {
+                const double cost = sum.at(other);
+                if (cost < place.cost) place = {other, cost};
+            }
+        }
+    }
+    place.cost += kLengthWeight * dot(edge, edge);
+    return place;
 }
 
 // Queues a vertex's cheapest candidate or, given `after`, the next one after it; removes the vertex if there is none.
@@ -251,6 +333,7 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
     const bool may_wait = !least_costs_.empty();
     if (!may_wait && !keeps_topology(u, ring)) return Attempt::refused;
     if (options_.rules != nullptr && !options_.rules->allows(u, ring)) return Attempt::refused;
+    if (is_placing()) return try_placement(candidate, ring, limit);
     if (!evaluate(u, ring, limit)) return Attempt::refused;
     if (bound_.error() > limit) return Attempt::over_limit;
     if (may_wait) {
@@ -265,6 +348,99 @@ Contractor::Attempt Contractor::try_contraction(const Candidate& candidate, doub
     if (options_.rules != nullptr) options_.rules->on_contraction(u, ring, bound_.error());
     contract(u, ring);
     return Attempt::done;
+}
+
+Contractor::Attempt Contractor::try_placement(const Candidate& candidate, const Ring& ring,
+                                              double limit) {
+    const std::uint32_t u = candidate.vertex, v = candidate.target;
+    if (ring.count < 3) return Attempt::refused;  // a single triangle
+    const bool moves = may_move(u, v);
+    const Eigen::Vector3d position =
+        moves ? Eigen::Vector3d(origin_ + best_place(u, v).position) : vertices_[v];
+    if (!find_replaced(u, ring, moves, position) || !are_replacements_good())
+        return Attempt::refused;
+    const double error = points_->measure(replaced_triangles_, targets_, limit);
+    if (error > limit) return Attempt::over_limit;
+    const double least = error / options_.error_ratio;
+    if (least * least > candidate.cost * kDeferredGrowth) {
+        least_costs_[u] = least * least;
+        return Attempt::deferred;
+    }
+    if (!keeps_topology(u, ring)) return Attempt::refused;
+    points_->commit();
+    for (std::size_t i = 0; i < targets_.size(); ++i) {
+        bounds_[targets_[i].triangle] = {};
+        bounds_[targets_[i].triangle].include(points_->error(i));
+    }
+    if (options_.rules != nullptr) options_.rules->on_contraction(u, ring, error);
+    if (moves) {
+        moved_vertices_[v] = position;
+        if (options_.rules != nullptr) options_.rules->on_move(v, position);
+    }
+    contract(u, ring);
+    return Attempt::done;
+}
+
+// The triangles of u and, if v moves, of v, before and after. Returns false if those of v are no disk or half disk.
+bool Contractor::find_replaced(std::uint32_t u, const Ring& ring, bool moves,
+                               const Eigen::Vector3d& position) {
+    replacements_.clear();
+    targets_.clear();
+    replaced_triangles_.clear();
+    const auto add = [&](const Ring& around, std::uint32_t apex, std::size_t i) {
+        const Eigen::Vector3d &second = vertices_[around.vertices[i]],
+                              &third = vertices_[around.vertices[i + 1 < around.count ? i + 1 : 0]];
+        replacements_.push_back(
+            {vertices_[apex] - position, second - position, third - position, i > 1});
+        targets_.push_back({around.triangles[i], {position, second, third}});
+    };
+    const std::uint32_t v = ring.vertices[0];
+    for (std::size_t i = 0; i < ring.count; ++i) {
+        if (ring.triangles[i] != kNoTriangle) replaced_triangles_.push_back(ring.triangles[i]);
+    }
+    for (std::size_t i = 1; i + 1 < ring.count; ++i) {
+        if (ring.triangles[i] != kNoTriangle) add(ring, u, i);
+    }
+    if (!moves) return true;
+    if (!mesh_.find_ring(v, target_ring_)) return false;
+    const auto place = std::find(
+        target_ring_.vertices.begin(),
+        target_ring_.vertices.begin() + static_cast<std::ptrdiff_t>(target_ring_.count), u);
+    const Ring around =
+        target_ring_.rotated(static_cast<std::size_t>(place - target_ring_.vertices.begin()));
+    for (std::size_t i = 1; i + 1 < around.count; ++i) {
+        if (around.triangles[i] == kNoTriangle) continue;
+        replaced_triangles_.push_back(around.triangles[i]);
+        add(around, v, i);
+    }
+    return true;
+}
+
+// Whether no triangle is turned, folded onto its neighbour, or becomes a sliver where there was none before.
+bool Contractor::are_replacements_good() const {
+    const auto shape = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                          const Eigen::Vector3d& normal) {
+        const Eigen::Vector3d edge = b - a;
+        return length(normal) / std::max({dot(a, a), dot(b, b), dot(edge, edge)});
+    };
+    double worst_old = kLeastPlacedShape;
+    for (const Replacement& r : replacements_) {
+        const Eigen::Vector3d a = r.second - r.apex, b = r.third - r.apex;
+        worst_old = std::min(worst_old, shape(a, b, cross(a, b)));
+    }
+    const double least = std::max(worst_old, kLeastPlacedShapeEver);
+    Eigen::Vector3d before = Eigen::Vector3d::Zero();
+    for (const Replacement& r : replacements_) {
+        const Eigen::Vector3d normal = cross(r.second, r.third),
+                              old_normal = cross(r.second - r.apex, r.third - r.apex);
+        if (!(shape(r.second, r.third, normal) >= least)) return false;
+        if (!(dot(normal, old_normal) >= kLeastTurnCosine * length(normal) * length(old_normal)))
+            return false;
+        if (r.is_next && !(dot(normal, before) >= kFoldedCosine * length(normal) * length(before)))
+            return false;
+        before = normal;
+    }
+    return true;
 }
 
 bool Contractor::evaluate(std::uint32_t u, const Ring& ring, double limit) {
@@ -389,6 +565,15 @@ void Contractor::reduce(const Reduction& reduction) {
     if (options_.rules != nullptr) options_.rules->on_removal(reduction.removed, reduction.error_m);
     for (const std::uint32_t triangle : reduction.near)
         bounds_[triangle].include(reduction.error_m);
+    if (points_) {
+        targets_.clear();
+        for (const std::uint32_t triangle : reduction.near) {
+            const StarMesh::Triangle& t = mesh_.triangle(triangle);
+            targets_.push_back({triangle, {vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]}});
+        }
+        points_->measure(reduction.removed, targets_, kInfinity);
+        points_->commit();
+    }
     std::vector<std::uint32_t> around;
     for (const std::uint32_t triangle : reduction.removed) {
         const StarMesh::Triangle& t = mesh_.triangle(triangle);

@@ -4,6 +4,7 @@
 #include "base/aabb_tree.h"
 #include "base/vector_math.h"
 #include "mesh/star_mesh.h"
+#include "mesh/tracked_points.h"
 
 #include <terrane/terrain/simplify.h>
 
@@ -63,6 +64,40 @@ struct Quadric {
         z += o.z;
         constant += o.constant;
     }
+
+    void add_scaled(const Quadric& o, double scale) {
+        xx += scale * o.xx;
+        xy += scale * o.xy;
+        xz += scale * o.xz;
+        yy += scale * o.yy;
+        yz += scale * o.yz;
+        zz += scale * o.zz;
+        x += scale * o.x;
+        y += scale * o.y;
+        z += scale * o.z;
+        constant += scale * o.constant;
+    }
+
+    /// Adds `weight` times the square of the linear function gradient * p + offset.
+    void add_square(const Eigen::Vector3d& gradient, double offset, double weight) {
+        const double a = gradient[0], b = gradient[1], c = gradient[2];
+        xx += weight * a * a;
+        xy += weight * a * b;
+        xz += weight * a * c;
+        yy += weight * b * b;
+        yz += weight * b * c;
+        zz += weight * c * c;
+        x += weight * a * offset;
+        y += weight * b * offset;
+        z += weight * c * offset;
+        constant += weight * offset * offset;
+    }
+
+    /// The same function of p - step.
+    Quadric translated(const Eigen::Vector3d& step) const;
+
+    /// The position of the minimum. Where the function hardly depends on a direction, near `middle` in that direction.
+    Eigen::Vector3d minimum(const Eigen::Vector3d& middle) const;
 
     /// Value at p, clamped to be non-negative despite rounding.
     double at(const Eigen::Vector3d& p) const {
@@ -227,6 +262,18 @@ public:
     virtual void on_contraction(std::uint32_t u, const Ring& ring, double error_m) = 0;
     /// Called before triangles are removed.
     virtual void on_removal(std::span<const std::uint32_t> triangles, double error_m) = 0;
+    /// Adds the additional cost of a contraction of u and v as a function of the position of the remaining vertex,
+    /// relative to `origin`, with the best attributes for that position.
+    virtual void add_cost(std::uint32_t u, std::uint32_t v, const Eigen::Vector3d& origin,
+                          Quadric& sum) const = 0;
+    /// Called after a contraction onto v that has moved v.
+    virtual void on_move(std::uint32_t v, const Eigen::Vector3d& position) = 0;
+};
+
+/// Where a contraction puts the remaining vertex.
+enum class Placement : std::uint8_t {
+    endpoint,  ///< at the target
+    optimal,   ///< where the quadrics are least
 };
 
 /// An edge that contractions should preserve, and the apex of a triangle at this edge.
@@ -244,6 +291,9 @@ struct ContractorOptions {
     double error_ratio = std::numeric_limits<double>::infinity();
     /// Allows thin bodies to become sheets and small components to vanish, if that is cheapest.
     bool may_change_topology = false;
+    /// With optimal placement, errors are distances of the input's vertices from the triangles near them: estimates,
+    /// not certified.
+    Placement placement = Placement::endpoint;
 };
 
 /// Contracts a mesh one vertex at a time, cheapest first.
@@ -257,6 +307,10 @@ public:
 
     /// The current mesh.
     SimplifiedMesh result() const;
+    /// Whether a triangle of the input is in the current mesh, though with other vertices.
+    bool is_left(std::size_t triangle) const { return mesh_.is_alive(triangle); }
+    /// The current position of a vertex.
+    const Eigen::Vector3d& position(std::uint32_t vertex) const { return vertices_[vertex]; }
 
     /// Retries all refused contractions, because the rules have changed. From now on the second certificate
     /// (contraction_bound.cpp) is tried for all components, not only for small ones.
@@ -281,6 +335,13 @@ private:
                    const Eigen::Vector3d& on_plane, double weight);
     void update_own_cost(std::uint32_t vertex);
     double cost(std::uint32_t u, std::uint32_t v) const;
+    struct Place {
+        Eigen::Vector3d position;  // relative to origin_
+        double cost = 0.0;
+    };
+    Place best_place(std::uint32_t u, std::uint32_t v) const;
+    bool is_placing() const { return options_.placement == Placement::optimal; }
+    bool may_move(std::uint32_t u, std::uint32_t v) const;
 
     /// The cost with which a candidate is queued.
     double queued_cost(const Candidate& candidate) const {
@@ -304,10 +365,15 @@ private:
     void prefetch(const Ring& ring) const;
     Attempt try_contraction(const Candidate& candidate, double limit);
     bool evaluate(std::uint32_t u, const Ring& ring, double limit);
+    Attempt try_placement(const Candidate& candidate, const Ring& ring, double limit);
+    bool find_replaced(std::uint32_t u, const Ring& ring, bool moves,
+                       const Eigen::Vector3d& position);
+    bool are_replacements_good() const;
     bool folds_over(const Ring& ring);
     bool keeps_topology(std::uint32_t u, const Ring& ring);
     void contract(std::uint32_t u, const Ring& ring);
 
+    std::vector<Eigen::Vector3d> moved_vertices_;  // [vertices]; empty if all are the input's
     std::span<const Eigen::Vector3d> vertices_;
     std::span<const std::uint8_t> locked_;
     bool may_join_locked_;
@@ -332,6 +398,17 @@ private:
     std::vector<std::uint8_t> is_reduction_over_limit_;
     Ring ring_;                         // scratch
     Neighbours of_vertex_, of_target_;  // scratch
+
+    // A triangle of u or of v before and after a contraction to a new position.
+    struct Replacement {
+        Eigen::Vector3d apex, second, third;  // before, relative to the new position of the apex
+        bool is_next = false;  // the edge to `second` is the previous one's edge to `third`
+    };
+    std::optional<TrackedPoints> points_;
+    std::vector<Replacement> replacements_;          // scratch
+    std::vector<TrackedPoints::Target> targets_;     // [replacements_] scratch
+    std::vector<std::uint32_t> replaced_triangles_;  // scratch: with those that are removed
+    Ring target_ring_;                               // scratch
 };
 
 }  // namespace terrane::internal

@@ -2,12 +2,10 @@
 #include "mesh/contraction_recorder.h"
 #include "mesh/contractor.h"
 
-#include <terrane/base/text.h>
 #include <terrane/terrain/progressive_mesh.h>
 
 #include <algorithm>
 #include <numeric>
-#include <string>
 #include <utility>
 
 namespace terrane::internal {
@@ -117,32 +115,9 @@ struct ProgressiveMesh::State {
 
 namespace {
 
-constexpr double kLargestWeight = 1e3;
-// A contraction is deferred if its certified error exceeds this multiple of the square root of its cost. Measured on a
-// fractal of 500,000 triangles (docs/simplify.md): with 2, distances are a tenth smaller, and it takes a third longer.
-constexpr double kErrorRatio = 3.0;
-
-Result<void> check_settings(const TriangleMesh& mesh, const ProgressiveSettings& settings) {
-    const std::pair<const char*, double> weights[] = {
-        {"normal_weight", settings.normal_weight},
-        {"texture_coordinate_weight", settings.texture_coordinate_weight},
-        {"colour_weight", settings.colour_weight}};
-    for (const auto& [name, weight] : weights) {
-        if (weight >= 0.0 && weight <= kLargestWeight) continue;
-        return fail(ErrorCode::invalid_argument, std::string(name) + " must be from 0 to " +
-                                                     number_text(kLargestWeight) + ", got " +
-                                                     number_text(weight));
-    }
-    return internal::check_sizes(mesh.positions.size(), mesh.triangles.size(),
-                                 settings.locked.size());
-}
-
 ContractionRecord record_contractions(const TriangleMesh& mesh, const ProgressiveSettings& settings,
                                       const internal::WeldedMesh& welded) {
-    std::vector<std::uint8_t> locked(welded.places.size(), 0);
-    for (std::size_t v = 0; v < settings.locked.size(); ++v) {
-        if (settings.locked[v] != 0) locked[welded.place_of_vertex[v]] = 1;
-    }
+    const std::vector<std::uint8_t> locked = internal::locked_places(welded, settings.locked);
     internal::AttributeQuadrics attributes(mesh, settings, welded.corners);
     internal::ContractionRecorder recorder(welded, attributes);
     const std::vector<internal::EdgeToKeep> seams = internal::find_seams(welded);
@@ -150,7 +125,7 @@ ContractionRecord record_contractions(const TriangleMesh& mesh, const Progressiv
         {.vertices = welded.places, .triangles = welded.triangles, .locked = locked},
         {.rules = &recorder,
          .edges_to_keep = seams,
-         .error_ratio = kErrorRatio,
+         .error_ratio = internal::kErrorRatio,
          .may_change_topology = true});
     const SimplifyLevel last = {.triangles = settings.least_triangle_count};
     if (contractor.contract_to(last) != SimplifyStop::triangle_count) {
@@ -182,7 +157,7 @@ void ProgressiveMesh::State::go_to(std::size_t wanted) {
 Result<ProgressiveMesh> ProgressiveMesh::create(const TriangleMesh& mesh,
                                                 const ProgressiveSettings& settings) {
     TERRANE_TRY(mesh.validate());
-    TERRANE_TRY(check_settings(mesh, settings));
+    TERRANE_TRY(internal::check_settings(mesh, settings));
     const internal::WeldedMesh welded = internal::weld(mesh);
     auto state = std::make_unique<State>();
     state->recording = std::make_shared<internal::Recording>(

@@ -149,6 +149,17 @@ void StarMesh::remove(std::uint32_t triangle) {
     --alive_count_;
 }
 
+void StarMesh::add(const Triangle& triangle) {
+    const auto index = static_cast<std::uint32_t>(slots_.size());
+    slots_.push_back({triangle, {}});
+    for (std::uint32_t k = 0; k < 3; ++k) {
+        std::uint32_t& first = first_corner_[triangle[k]];
+        slots_[index].next[k] = first;
+        first = 3 * index + k;
+    }
+    ++alive_count_;
+}
+
 void StarMesh::contract(std::uint32_t u, const Ring& ring) {
     const std::uint32_t v = ring.vertices[0];
     for (const std::size_t i : {std::size_t{0}, ring.count - 1}) {

@@ -3,10 +3,13 @@
 
 #include "base/vector_math.h"
 
+#include <terrane/base/math.h>
+
 #include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -76,6 +79,8 @@ public:
     /// The triangle whose winding contains the directed edge between two vertices; kNoTriangle if there is none.
     std::uint32_t triangle_at(std::uint32_t from, std::uint32_t to);
     void remove(std::uint32_t triangle);
+    /// Adds a triangle, whose index is the old triangle_count().
+    void add(const Triangle& triangle);
     /// Moves u onto ring.vertices[0]: removes the triangles at this edge; the others keep their index.
     void contract(std::uint32_t u, const Ring& ring);
 
@@ -209,6 +214,16 @@ private:
     std::array<TriangleBound, kMaxValence + 1> new_bounds_;
     double error_ = 0.0;
 };
+
+/// Distance from a point to a box; 0 inside.
+inline double distance_to_box(const Eigen::Vector3d& p, const Aabb& box) {
+    double square = 0.0;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+        const double outside = std::max({box.low[k] - p[k], p[k] - box.high[k], 0.0});
+        square += outside * outside;
+    }
+    return std::sqrt(square);
+}
 
 /// Largest distance from a point of the triangle `from` to the triangle `to`, rounded up. It is attained at a corner,
 /// because the distance from a convex set is convex.

@@ -9,6 +9,7 @@
 
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/progressive_mesh.h>
+#include <terrane/terrain/simplify_mesh.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <CLI/CLI.hpp>
@@ -261,9 +262,10 @@ namespace {
 
 struct SimplifyOptions {
     std::string in, out;
-    std::size_t triangles = 0;
-    double error_m = std::numeric_limits<double>::infinity();
+    SimplifyMeshSettings settings;
+    bool is_optimal = false;  // new vertices, rather than the input's
     bool has_limit = false;
+    bool has_placement = false;
     bool json = false;
 };
 
@@ -273,17 +275,57 @@ struct SimplifiedFile {
     const char* stop = "";
 };
 
-/// Moves a mesh that is far from the origin to the origin, by whole metres. Returns the resulting rounding error of
-/// distances, metres.
-double move_to_origin(TriangleMesh& mesh) {
+/// What a mesh was moved by, and the resulting rounding error of distances, metres.
+struct MeshMove {
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+    double rounding = 0.0;
+};
+
+/// Moves a mesh that is far from the origin to the origin, by whole metres.
+MeshMove move_to_origin(TriangleMesh& mesh) {
     double largest = 0.0;
     for (const Eigen::Vector3d& p : mesh.positions)
         largest = std::max(largest, p.cwiseAbs().maxCoeff());
     // meshes that are not finite are refused later
-    if (!(largest > kLargestMeshCoordinate) || !std::isfinite(largest)) return 0.0;
+    if (!(largest > kLargestMeshCoordinate) || !std::isfinite(largest)) return {};
     const Eigen::Vector3d origin = mesh.positions.front().array().floor();
     for (Eigen::Vector3d& p : mesh.positions) p -= origin;
-    return 2.0 * largest * std::numeric_limits<double>::epsilon();
+    return {origin, 2.0 * largest * std::numeric_limits<double>::epsilon()};
+}
+
+const char* name_of(SimplifyStop stop) {
+    switch (stop) {
+        case SimplifyStop::triangle_count:
+            return "triangles";
+        case SimplifyStop::error_limit:
+            return "error";
+        case SimplifyStop::no_contraction:
+            break;
+    }
+    return "no_contraction";
+}
+
+constexpr const char* kNoTriangles = "all of its triangles have two corners in one place";
+
+/// The mesh with new vertices.
+Result<SimplifiedFile> simplify_with_new_vertices(const TriangleMesh& mesh,
+                                                  const SimplifyOptions& options) {
+    TriangleMesh near = mesh;
+    const MeshMove move = move_to_origin(near);
+    SimplifyMeshSettings settings = options.settings;
+    settings.error_m = std::max(settings.error_m - move.rounding, 0.0);
+    TERRANE_TRY(SimplifiedCopy made, simplify_mesh(near, settings));
+    if (made.mesh.triangles.empty()) return fail(ErrorCode::bad_data, kNoTriangles);
+    SimplifiedFile file;
+    file.stop = name_of(made.stop);
+    file.error_m = made.error_m > 0.0 ? made.error_m + move.rounding : 0.0;
+    for (Eigen::Vector3d& p : made.mesh.positions) p += move.origin;
+    file.mesh = {.vertices_world = std::move(made.mesh.positions),
+                 .triangles = std::move(made.mesh.triangles),
+                 .colours = std::move(made.mesh.colours),
+                 .normals = std::move(made.mesh.normals),
+                 .texture_coordinates = std::move(made.mesh.texture_coordinates)};
+    return file;
 }
 
 /// Simplifies a mesh to a number of triangles, but not beyond an error. Returns what ended this, for the summary.
@@ -297,16 +339,21 @@ const char* set_level(ProgressiveMesh& mesh, std::size_t triangles, double error
     return meets_count ? "triangles" : "no_contraction";
 }
 
-/// The mesh at one level, with the vertices that its triangles use, in the order of the input.
+/// The mesh at one level of half-edge contractions, with the vertices that its triangles use, in the order of the
+/// input.
 Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptions& options) {
     TriangleMesh near = mesh;
-    const double rounding = move_to_origin(near);
+    const double rounding = move_to_origin(near).rounding;
+    const SimplifyMeshSettings& settings = options.settings;
     TERRANE_TRY(ProgressiveMesh made,
-                ProgressiveMesh::create(near, {.least_triangle_count = options.triangles}));
-    if (made.triangles().empty())
-        return fail(ErrorCode::bad_data, "all of its triangles have two corners in one place");
+                ProgressiveMesh::create(
+                    near, {.normal_weight = settings.normal_weight,
+                           .texture_coordinate_weight = settings.texture_coordinate_weight,
+                           .colour_weight = settings.colour_weight,
+                           .least_triangle_count = settings.triangles}));
+    if (made.triangles().empty()) return fail(ErrorCode::bad_data, kNoTriangles);
     SimplifiedFile file;
-    file.stop = set_level(made, options.triangles, options.error_m - rounding);
+    file.stop = set_level(made, settings.triangles, settings.error_m - rounding);
     file.error_m = made.error_m() > 0.0 ? made.error_m() + rounding : 0.0;
     constexpr std::uint32_t kUnused = ~std::uint32_t{0};
     std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
@@ -341,9 +388,15 @@ CommandResult<void> run_simplify(const SimplifyOptions& options) {
     if (!options.has_limit) {
         return usage_error("simplify needs --triangles or --error, or both");
     }
+    if (options.has_placement && options.settings.method != SimplifyMethod::quadric) {
+        return usage_error("--placement goes with --method quadric alone");
+    }
     TERRANE_TRY(const TriangleMesh mesh, read_mesh_with_attributes(options.in));
     const auto start = std::chrono::steady_clock::now();
-    const Result<SimplifiedFile> result = simplify_to(mesh, options);
+    const bool has_new_vertices =
+        options.is_optimal || options.settings.method != SimplifyMethod::quadric;
+    const Result<SimplifiedFile> result =
+        has_new_vertices ? simplify_with_new_vertices(mesh, options) : simplify_to(mesh, options);
     const std::chrono::duration<double, std::milli> duration =
         std::chrono::steady_clock::now() - start;
     if (!result) {
@@ -385,15 +438,36 @@ void add_simplify_command(CLI::App& app, CommandContext& context) {
         ->type_name("FILE")
         ->required();
     CLI::Option* const triangles = add_count(
-        *simplify, "--triangles", options->triangles, 0,
+        *simplify, "--triangles", options->settings.triangles, 0,
         "Stop at this many triangles; 0: as few as can be. With --error: at the first of both");
     CLI::Option* const error =
-        add_not_negative(*simplify, "--error", options->error_m,
+        add_not_negative(*simplify, "--error", options->settings.error_m,
                          "Stop before the two-sided Hausdorff distance to IN exceeds this, metres");
+    add_choice(
+        *simplify, "--method", {"quadric", "decimation", "clustering"}, 0,
+        [options](std::size_t chosen) {
+            options->settings.method = static_cast<SimplifyMethod>(chosen);
+        },
+        "quadric: contract edges in the order of quadric errors (Garland and Heckbert 1997); "
+        "decimation: remove vertices near the plane of their neighbours (Schroeder et al. 1992), "
+        "which keeps the topology; clustering: one vertex for each cell of a grid (Rossignac and "
+        "Borrel 1993), the fastest");
+    CLI::Option* const placement = add_choice(
+        *simplify, "--placement", {"endpoint", "optimal"}, 0,
+        [options](std::size_t chosen) { options->is_optimal = chosen == 1; },
+        "Where a contraction of quadric puts the remaining vertex: at an end of the edge, so that "
+        "all vertices are those of IN; or at the position, and with the normals, texture "
+        "coordinates and colours, of least error");
+    add_in_range(*simplify, "--normal-weight", options->settings.normal_weight, 0.0, 1e3,
+                 "Weight of normals in the order and placement: the distance that counts as much "
+                 "as a difference of 1, relative to the diagonal of IN; 0: normals do not count");
+    add_in_range(*simplify, "--colour-weight", options->settings.colour_weight, 0.0, 1e3,
+                 "The same for colours between 0 and 1");
     simplify->add_flag("--json", options->json, "Print one JSON object");
     simplify->footer("Example: terrane simplify tools/data/boulder.obj boulder.ply --triangles 50");
-    simplify->callback([&context, options, triangles, error] {
+    simplify->callback([&context, options, triangles, error, placement] {
         options->has_limit = triangles->count() + error->count() > 0;
+        options->has_placement = placement->count() > 0;
         context.run = [options] { return run_simplify(*options); };
     });
 }

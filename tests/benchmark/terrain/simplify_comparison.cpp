@@ -10,6 +10,7 @@
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/simplify.h>
+#include <terrane/terrain/simplify_mesh.h>
 
 #include <Eigen/Geometry>
 
@@ -288,6 +289,22 @@ Simplified run_progressive(const ShapeMesh& mesh, std::size_t triangles, int run
     return result;
 }
 
+// With new vertices; the time includes that of the bound of the distance.
+template <SimplifyMethod method>
+Simplified run_new_vertices(const ShapeMesh& mesh, std::size_t triangles, int runs) {
+    TriangleMesh input;
+    input.positions = mesh.vertices;
+    input.triangles = mesh.triangles;
+    SimplifiedCopy made;
+    Simplified result;
+    result.ms = median_ms(runs, [&] {
+        made = simplify_mesh(input, {.method = method, .triangles = triangles}).value();
+    });
+    result.mesh = {std::move(made.mesh.positions), std::move(made.mesh.triangles)};
+    result.certified = made.error_m;
+    return result;
+}
+
 #if TERRANE_BENCH_MESHOPTIMIZER
 // A. Kapoulkine, meshoptimizer: positions are float there, so that its own time is without the conversion.
 template <class Simplify>
@@ -327,7 +344,10 @@ Simplified run_meshoptimizer_sloppy(const ShapeMesh& mesh, std::size_t triangles
 
 std::vector<Simplifier> all_simplifiers() {
     std::vector<Simplifier> all = {{"simplify()", run_simplify},
-                                   {"ProgressiveMesh", run_progressive}};
+                                   {"ProgressiveMesh", run_progressive},
+                                   {"optimal placement", run_new_vertices<SimplifyMethod::quadric>},
+                                   {"decimation", run_new_vertices<SimplifyMethod::decimation>},
+                                   {"clustering", run_new_vertices<SimplifyMethod::clustering>}};
 #if TERRANE_BENCH_MESHOPTIMIZER
     all.push_back({"meshoptimizer", run_meshoptimizer});
     all.push_back({"meshoptimizer sloppy", run_meshoptimizer_sloppy});
@@ -421,14 +441,26 @@ int main(int argc, char** argv) {
     arguments.finish();
     std::printf("%s\n", describe_machine().c_str());
     bool holds = true;
-    const std::string model = given.empty() ? data_folder() + "/models/fcl_env.obj" : given;
-    if (const Result<TriangleMesh> mesh = tools::read_mesh(model)) {
-        holds &= compare(model.substr(model.rfind('/') + 1).c_str(),
-                         {mesh->positions, mesh->triangles}, options);
-    } else {
-        std::printf("left out: %s\n", mesh.error().message.c_str());
+    std::vector<std::string> models = {given};
+    if (given.empty()) {
+        models = {data_folder() + "/models/fcl_env.obj", data_folder() + "/models/fcl_rob.obj",
+                  TERRANE_SOURCE_DIR "/tools/data/boulder.obj",
+                  TERRANE_SOURCE_DIR "/tools/data/pine.obj"};
+    }
+    for (const std::string& model : models) {
+        if (const Result<TriangleMesh> mesh = tools::read_mesh(model)) {
+            holds &= compare(model.substr(model.rfind('/') + 1).c_str(),
+                             {mesh->positions, mesh->triangles}, options);
+        } else {
+            std::printf("left out: %s\n", mesh.error().message.c_str());
+        }
     }
     if (given.empty()) {
+        holds &= compare("sphere", test::make_sphere(10.0, options.is_quick ? 3 : 5), options);
+        holds &= compare("torus",
+                         options.is_quick ? test::make_torus(5.0, 2.0, 40, 20)
+                                          : test::make_torus(5.0, 2.0, 160, 80),
+                         options);
         const test::ShapeMesh fractal = make_fractal_mesh(options.is_quick ? 40 : 500);
         holds &= compare("fractal of seed 20, cells of 4 m", fractal, options);
         measure_playing(fractal, options.runs);

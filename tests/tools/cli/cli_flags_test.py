@@ -40,7 +40,8 @@ WRONG_VALUES = {
     "bodies": {"--broadphase": "tree", "--count": "0 10000001", "--detail": "1", "--share": "0.9", "--dt": "nan"},
     "heightmap --seed 1 --out a.png": {"--side": "2 64 16385", "--spacing-m": "0", "--centre-x-m": "1e300",
                                        "--absent-m": "-1e300"},
-    "simplify a.obj b.obj": {"--error": "nan -1", "--triangles": "-1 1.5"},
+    "simplify a.obj b.obj": {"--error": "nan -1", "--triangles": "-1 1.5", "--normal-weight": "-1 1001 nan",
+                               "--colour-weight": "-1"},
     "trade": {"--dial": "bugdet root,,budget", "--seed": "-1"},
 }
 

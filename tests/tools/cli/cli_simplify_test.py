@@ -229,6 +229,42 @@ class Simplify(Folder):
                     volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
                     np.testing.assert_allclose([area, volume], expected, rtol=1e-6)
 
+    def test_every_method_and_placement_reaches_the_limits_within_its_error(self):
+        source = self.bumps()
+        for flags in (["--method", "quadric", "--placement", "optimal"], ["--method", "decimation"],
+                      ["--method", "clustering"], ["--placement", "endpoint"]):
+            with self.subTest(flags):
+                summary = self.simplify(source, "out.obj", "--triangles", 200, *flags)
+                self.assertLessEqual(summary["triangles"], 200)
+                self.assertGreater(summary["triangles"], 100)
+                self.assertEqual(summary["stop"], "triangles")
+                self.assertGreater(self.check_error(source, self.path("out.obj"), summary["error_m"]), 0.0)
+                summary = self.simplify(source, "out.obj", "--error", 0.2, *flags)
+                self.assertLessEqual(summary["error_m"], 0.2)
+                self.assertLess(summary["triangles"], summary["input_triangles"])
+                self.assertEqual(summary["stop"], "error")
+                self.check_error(source, self.path("out.obj"), summary["error_m"])
+
+    def test_new_vertices_have_all_attributes_and_may_be_far_from_the_origin(self):
+        source = self.box("box.obj")
+        for flags in (["--placement", "optimal", "--normal-weight", 1], ["--method", "clustering"],
+                      ["--method", "decimation"]):
+            with self.subTest(flags):
+                summary = self.simplify(source, "out.obj", "--triangles", 60, *flags)
+                lines = [line.split()[0] for line in self.read("out.obj").decode().splitlines()]
+                for kind in ("v", "vn", "vt"):
+                    self.assertEqual(lines.count(kind), summary["vertices"])
+                points = [f"v {1e8 + x} {y - 1e8} {z}" for x, y, z in read_obj(source)[0]]
+                faces = [" ".join(["f", *(str(i + 1) for i in face)]) for face in read_obj(source)[1]]
+                far = self.write("far.obj", "\n".join(points + faces) + "\n")
+                summary = self.simplify(far, "out.obj", "--triangles", 60, *flags)
+                self.check_error(far, self.path("out.obj"), summary["error_m"] + 1e-6)
+        self.assert_all_refused([
+            (["simplify", source, self.path("o.obj"), "--triangles", 9, "--method", "quadrik"], "did you mean quadric?"),
+            (["simplify", source, self.path("o.obj"), "--triangles", 9, "--method", "clustering", "--placement",
+              "optimal"], "--placement goes with --method quadric alone"),
+            (["simplify", source, self.path("o.obj"), "--triangles", 9, "--normal-weight", -1], "--normal-weight")], [2])
+
     def test_attributes_that_a_face_names_and_the_file_has_not(self):
         for number, face in enumerate(("f 1/4 2/1 3/1", "f 1//1 2//1 3//1", "f 1/0 2/1 3/1")):
             name = self.write(f"{number}.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n" + face + "\n")

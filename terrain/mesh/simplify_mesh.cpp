@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+//
+// Computes: simplified meshes with vertices of their own. The methods estimate errors; the result's error is bounded by
+//           surface_distance.cpp, which holds for any two surfaces, so that it does not depend on the method.
+#include "mesh/simplify_methods.h"
+#include "mesh/surface_distance.h"
+
+#include <terrane/base/text.h>
+#include <terrane/terrain/simplify_mesh.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace terrane::internal {
+
+TriangleMesh without_unused(const TriangleMesh& mesh) {
+    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+    std::vector<std::uint32_t> numbers(mesh.positions.size(), kUnused);
+    for (const TriangleMesh::Triangle& t : mesh.triangles) {
+        for (const std::uint32_t v : t) numbers[v] = 0;
+    }
+    TriangleMesh used;
+    for (std::size_t v = 0; v < numbers.size(); ++v) {
+        if (numbers[v] == kUnused) continue;
+        numbers[v] = static_cast<std::uint32_t>(used.positions.size());
+        used.positions.push_back(mesh.positions[v]);
+        if (!mesh.normals.empty()) used.normals.push_back(mesh.normals[v]);
+        if (!mesh.texture_coordinates.empty())
+            used.texture_coordinates.push_back(mesh.texture_coordinates[v]);
+        if (!mesh.colours.empty()) used.colours.push_back(mesh.colours[v]);
+    }
+    used.triangles = mesh.triangles;
+    for (TriangleMesh::Triangle& t : used.triangles) {
+        for (std::uint32_t& v : t) v = numbers[v];
+    }
+    return used;
+}
+
+MethodResult contract_edges(const SimplifyTask& task, std::size_t triangles, double limit) {
+    AttributeQuadrics attributes(task.mesh, task.settings, task.welded.corners);
+    ContractionRecorder recorder(task.welded, attributes);
+    const std::vector<EdgeToKeep> seams = find_seams(task.welded);
+    Contractor contractor(
+        {.vertices = task.welded.places, .triangles = task.welded.triangles, .locked = task.locked},
+        {.rules = &recorder,
+         .edges_to_keep = seams,
+         .error_ratio = kErrorRatio,
+         .may_change_topology = true,
+         .placement = Placement::optimal});
+    MethodResult made;
+    made.stop = contractor.contract_to({triangles, limit});
+    if (made.stop != SimplifyStop::triangle_count) {
+        recorder.allow_all();
+        contractor.retry_all();
+        made.stop = contractor.contract_to({triangles, limit});
+    }
+    TriangleMesh mesh = task.mesh;
+    for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
+        mesh.positions[v] = contractor.position(task.welded.place_of_vertex[v]);
+    attributes.write(mesh, task.settings);
+    mesh.triangles.clear();
+    for (std::size_t i = 0; i < task.welded.triangles.size(); ++i) {
+        if (contractor.is_left(i)) mesh.triangles.push_back(recorder.corners(i));
+    }
+    made.mesh = without_unused(mesh);
+    return made;
+}
+
+namespace {
+
+constexpr int kMostRounds = 12;
+
+MethodResult run_method(SimplifyMethod method, const SimplifyTask& task, std::size_t triangles,
+                        double limit) {
+    switch (method) {
+        case SimplifyMethod::decimation:
+            return decimate(task, triangles, limit);
+        case SimplifyMethod::clustering:
+            return cluster(task, triangles, limit);
+        case SimplifyMethod::quadric:
+            break;
+    }
+    return contract_edges(task, triangles, limit);
+}
+
+// Methods estimate their errors: the estimate's limit is lowered until the certified error is within the limit.
+SimplifiedCopy simplify_within(const SimplifyTask& task, const SimplifyMeshSettings& settings) {
+    const SurfaceView input = {task.welded.places, task.welded.triangles};
+    double limit = settings.error_m;
+    for (int round = 0; round < kMostRounds && limit > 0.0; ++round) {
+        MethodResult made = run_method(settings.method, task, settings.triangles, limit);
+        const double error =
+            bound_surface_distance(input, {made.mesh.positions, made.mesh.triangles});
+        if (error <= settings.error_m) return {std::move(made.mesh), error, made.stop};
+        limit *= std::clamp(0.95 * settings.error_m / error, 0.125, 0.875);
+    }
+    TriangleMesh mesh = task.mesh;
+    mesh.triangles = task.welded.corners;
+    return {without_unused(mesh), 0.0, SimplifyStop::error_limit};
+}
+
+}  // namespace
+}  // namespace terrane::internal
+
+namespace terrane {
+
+Result<SimplifiedCopy> simplify_mesh(const TriangleMesh& mesh,
+                                     const SimplifyMeshSettings& settings) {
+    TERRANE_TRY(mesh.validate());
+    const ProgressiveSettings weights = {
+        .normal_weight = settings.normal_weight,
+        .texture_coordinate_weight = settings.texture_coordinate_weight,
+        .colour_weight = settings.colour_weight,
+        .locked = settings.locked};
+    TERRANE_TRY(internal::check_settings(mesh, weights));
+    if (!(settings.error_m >= 0.0)) {
+        return fail(ErrorCode::invalid_argument,
+                    "error_m must be at least 0, got " + number_text(settings.error_m));
+    }
+    const internal::WeldedMesh welded = internal::weld(mesh);
+    const std::vector<std::uint8_t> locked = internal::locked_places(welded, settings.locked);
+    if (welded.triangles.size() <= std::max<std::size_t>(settings.triangles, 1)) {
+        TriangleMesh whole = mesh;
+        whole.triangles = welded.corners;
+        return SimplifiedCopy{.mesh = internal::without_unused(whole),
+                              .stop = welded.triangles.size() <= settings.triangles
+                                          ? SimplifyStop::triangle_count
+                                          : SimplifyStop::no_contraction};
+    }
+    return internal::simplify_within({mesh, welded, weights, locked}, settings);
+}
+
+}  // namespace terrane
