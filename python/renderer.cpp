@@ -65,7 +65,8 @@ std::unique_ptr<HeldRenderer> make_renderer(
     int width_px, int height_px, const py::object& sun_direction, double haze_distance,
     bool wireframe, int sample_count, double tint_low, double tint_high,
     const std::array<float, 3>& horizon_colour, const std::array<float, 3>& zenith_colour,
-    double shadow_distance, int shadow_texels, std::optional<double> water_level) {
+    double shadow_distance, int shadow_texels, std::optional<double> water_level, double sun_radius,
+    bool atmosphere, double exposure_stops, bool smooth_edges) {
     const RendererSettings settings{.sun_direction = read_vector(sun_direction, "sun_direction"),
                                     .haze_distance = haze_distance,
                                     .wireframe = wireframe,
@@ -76,6 +77,10 @@ std::unique_ptr<HeldRenderer> make_renderer(
                                     .zenith_colour = read_colour(zenith_colour),
                                     .shadow_distance = shadow_distance,
                                     .shadow_texels = shadow_texels,
+                                    .sun_radius = sun_radius,
+                                    .atmosphere = atmosphere,
+                                    .exposure_stops = exposure_stops,
+                                    .smooth_edges = smooth_edges,
                                     .water_level = water_level};
     EglContext context = value_or_raise(without_lock([] { return EglContext::create(); }));
     Result<TerrainRenderer> renderer = without_lock(
@@ -142,6 +147,10 @@ one is a ValueError. A context manager: close it on its thread, or its memory is
              py::arg("zenith_colour") = colour(defaults.zenith_colour),
              py::arg("shadow_distance") = defaults.shadow_distance,
              py::arg("shadow_texels") = defaults.shadow_texels, py::arg("water_level") = py::none(),
+             py::arg("sun_radius") = defaults.sun_radius,
+             py::arg("atmosphere") = defaults.atmosphere,
+             py::arg("exposure_stops") = defaults.exposure_stops,
+             py::arg("smooth_edges") = defaults.smooth_edges,
              R"(A renderer of pictures of one size.
 
 sun_direction    towards the sun, shape (3,)
@@ -153,6 +162,10 @@ horizon_colour, zenith_colour  colours of the sky: red, green, blue, 0 to 1
 shadow_distance  within which the sun casts shadows, metres; 0: none
 shadow_texels    along a shadow map, 256 to 8192
 water_level      metres; None: no water
+sun_radius       angular, of penumbrae, radians, 0 to 0.05; 0: sharp shadows
+atmosphere       whether sky, haze and light come from scattering in the air
+exposure_stops   correction of the exposure with an atmosphere, -20 to 20
+smooth_edges     whether edges are smoothed where sample_count is 1
 
 Raises RuntimeError where no OpenGL device opens, ValueError for a setting out of range.)")
         .def(

@@ -59,7 +59,8 @@ int count_samples(const GlTexture& texture) {
 
 }  // namespace
 
-Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_samples) {
+Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_samples,
+                                        bool smooths_edges) {
     TERRANE_TRY(check_size(width_px, height_px));
     GLint colour_samples = 1, depth_samples = 1;
     glGetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &colour_samples);
@@ -99,6 +100,17 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
         }
         if (drawn_status == GL_FRAMEBUFFER_COMPLETE) break;
     }
+    if (smooths_edges && made.sample_count_ == 1) {
+        made.shaded_ = make_texture_2d();
+        const GLuint shaded = made.shaded_.name();
+        glTextureStorage2D(shaded, 1, GL_RGBA8, width_px, height_px);
+        glTextureParameteri(shaded, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+        glTextureParameteri(shaded, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        glTextureParameteri(shaded, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glTextureParameteri(shaded, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        made.shaded_target_ = make_framebuffer();
+        glNamedFramebufferTexture(made.shaded_target_.name(), GL_COLOR_ATTACHMENT0, shaded, 0);
+    }
     TERRANE_TRY(check_gl("make the picture"));
     if (status == GL_FRAMEBUFFER_COMPLETE) status = drawn_status;
     if (status != GL_FRAMEBUFFER_COMPLETE) {
@@ -106,7 +118,7 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
                     "the device offers no picture of 8-bit colour and 32-bit depth, status " +
                         std::to_string(status));
     }
-    made.bind_colours();
+    made.bind_smoothed();
     glClearColor(0.0f, 0.0f, 0.0f, 1.0f);
     glClear(GL_COLOR_BUFFER_BIT);
     return made;
@@ -119,7 +131,8 @@ void Framebuffer::bind(const GlFramebuffer& target) const {
 void Framebuffer::bind_overlay() const { bind(overlay_alone_); }
 void Framebuffer::bind_depth() const { bind(depth_target_); }
 void Framebuffer::bind_depth_and_overlay() const { bind(overlay_target_); }
-void Framebuffer::bind_colours() const { bind(picture_); }
+void Framebuffer::bind_colours() const { bind(is_smoothed() ? shaded_target_ : picture_); }
+void Framebuffer::bind_smoothed() const { bind(picture_); }
 
 Image Framebuffer::read() const {
     Image image;

@@ -17,10 +17,12 @@ namespace terrane::internal {
 class Framebuffer {
 public:
     /// @param wanted_samples samples per pixel; an unsupported count is replaced by the next larger one, or the largest
+    /// @param smooths_edges  whether a pass smooths the picture's edges if there is 1 sample per pixel
     ///
     /// Fails with invalid_argument for a width or height below 1 or above the device's limit, and for more than 2^26
     /// pixels in all; with device_unavailable if no combination of formats is complete.
-    static Result<Framebuffer> create(int width_px, int height_px, int wanted_samples);
+    static Result<Framebuffer> create(int width_px, int height_px, int wanted_samples,
+                                      bool smooths_edges = false);
 
     int width_px() const { return width_px_; }
     int height_px() const { return height_px_; }
@@ -31,8 +33,15 @@ public:
     void bind_depth_and_overlay() const;
     /// Binds the overlay alone as the target; shaders may then read the depth texture.
     void bind_overlay() const;
-    /// Binds the picture as the target; shaders may then read the depth and overlay textures.
+    /// Binds the picture, or the shaded picture before smoothing, as the target; shaders may then read the depth and
+    /// overlay textures.
     void bind_colours() const;
+    /// Whether the picture is smoothed from shaded_texture().
+    bool is_smoothed() const { return shaded_.name() != 0; }
+    /// Binds the picture as the target of the smoothing pass.
+    void bind_smoothed() const;
+    /// Colours, and luma in alpha, filtered bilinearly.
+    GLuint shaded_texture() const { return shaded_.name(); }
     GLuint depth_texture() const { return depth_.name(); }
     /// Colour with premultiplied alpha, to be blended over ground and sky.
     GLuint overlay_texture() const { return overlay_.name(); }
@@ -42,9 +51,9 @@ private:
     Framebuffer() = default;
     void bind(const GlFramebuffer& target) const;
     int width_px_ = 0, height_px_ = 0, sample_count_ = 0;
-    GlTexture depth_, overlay_;
+    GlTexture depth_, overlay_, shaded_;
     GlRenderbuffer colours_;
-    GlFramebuffer depth_target_, overlay_target_, overlay_alone_, picture_;
+    GlFramebuffer depth_target_, overlay_target_, overlay_alone_, shaded_target_, picture_;
 };
 
 /// A buffer rewritten by the CPU every frame while the device may still read the previous ones.

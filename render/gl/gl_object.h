@@ -48,6 +48,9 @@ struct FramebufferKind {
 struct RenderbufferKind {
     static void destroy(GLuint name) { glDeleteRenderbuffers(1, &name); }
 };
+struct SamplerKind {
+    static void destroy(GLuint name) { glDeleteSamplers(1, &name); }
+};
 struct ShaderKind {
     static void destroy(GLuint name) { glDeleteShader(name); }
 };
@@ -60,6 +63,7 @@ using GlTexture = GlObject<TextureKind>;
 using GlVertexArray = GlObject<VertexArrayKind>;
 using GlFramebuffer = GlObject<FramebufferKind>;
 using GlRenderbuffer = GlObject<RenderbufferKind>;
+using GlSampler = GlObject<SamplerKind>;
 using GlShader = GlObject<ShaderKind>;
 using GlProgram = GlObject<ProgramKind>;
 
@@ -87,6 +91,16 @@ inline GlTexture make_texture_2d_array() {
     GLuint name = 0;
     glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
     return GlTexture(name);
+}
+inline GlTexture make_texture_3d() {
+    GLuint name = 0;
+    glCreateTextures(GL_TEXTURE_3D, 1, &name);
+    return GlTexture(name);
+}
+inline GlSampler make_sampler() {
+    GLuint name = 0;
+    glCreateSamplers(1, &name);
+    return GlSampler(name);
 }
 inline GlVertexArray make_vertex_array() {
     GLuint name = 0;

@@ -50,7 +50,10 @@ std::string light_text(const LightFeatures& features) {
     std::string text;
     if (features.cascades > 0)
         text += "#define CASCADES " + std::to_string(features.cascades) + "\n";
+    if (features.has_penumbra) text += "#define PENUMBRA\n";
+    if (features.has_atmosphere) text += "#define ATMOSPHERE\n";
     if (features.has_water) text += "#define WATER\n";
+    text += std::string(features.has_atmosphere ? atmosphere_glsl : haze_glsl);
     text += std::string(shadow_glsl) + std::string(water_glsl);
     if (features.has_imagery) text += "#define IMAGERY\n" + std::string(imagery_glsl);
     return text;

@@ -15,26 +15,29 @@
 namespace terrane::internal {
 
 // The text of the files in shaders/.
-extern const std::string_view light_glsl;
+extern const std::string_view light_glsl, haze_glsl, atmosphere_glsl;
 extern const std::string_view terrain_vert, depth_frag, line_frag;
 extern const std::string_view object_vert, object_frag;
-extern const std::string_view shade_vert, shade_frag;
+extern const std::string_view shade_vert, shade_frag, smooth_frag;
 extern const std::string_view solid_vert, solid_frag;
 extern const std::string_view coverage_glsl, instance_vert, instance_frag;
 extern const std::string_view impostor_bake_vert, impostor_bake_frag, impostor_vert, impostor_frag;
 extern const std::string_view small_impostor_vert, small_impostor_frag;
 extern const std::string_view particle_vert, particle_frag;
+extern const std::string_view texture_glsl, textured_frag;
 extern const std::string_view shadow_glsl, water_glsl, imagery_glsl, mesh_shadow_frag;
 extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {
-    int cascades = 0;  ///< number of shadow maps; 0: no shadows
+    int cascades = 0;             ///< number of shadow maps; 0: no shadows
+    bool has_penumbra = false;    ///< whether the edges of shadows follow the sun's angular radius
+    bool has_atmosphere = false;  ///< atmosphere.glsl in place of haze.glsl
     bool has_water = false;
     bool has_imagery = false;  ///< whether the ground has imagery; for shade.frag
 };
-/// Text to prepend to a shader that calls lit_at() or shown_at(): shadow.glsl, water.glsl and, if there is imagery,
-/// imagery.glsl, with the macros that select the features.
+/// Text to prepend to a shader that calls lit_at() or shown_at(): haze.glsl or atmosphere.glsl, shadow.glsl, water.glsl
+/// and, if there is imagery, imagery.glsl, with the macros that select the features.
 std::string light_text(const LightFeatures& features);
 
 /// Compiles and links a program; light.glsl is prepended to both stages.

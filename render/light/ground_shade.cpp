@@ -245,14 +245,20 @@ void GroundLight::finish() { stream_.end(); }
 
 std::size_t GroundLight::bytes() const { return kSlopeBytes * levels_.layer_count(); }
 
-Result<GroundShade> GroundShade::create(int sample_count, const std::string& lighting) {
+Result<GroundShade> GroundShade::create(int sample_count, const std::string& lighting,
+                                        bool is_smoothed) {
     GroundShade made;
     for (const bool has_overlay : {false, true}) {
         const std::string defines = "#define SAMPLES " + std::to_string(sample_count) +
-                                    "\n#define OVERLAY " + (has_overlay ? "1\n" : "0\n");
+                                    "\n#define OVERLAY " + (has_overlay ? "1" : "0") +
+                                    "\n#define SMOOTHED " + (is_smoothed ? "1\n" : "0\n");
         TERRANE_TRY(GlProgram program, make_program("the light", shade_vert,
                                                     defines + lighting + std::string(shade_frag)));
         (has_overlay ? made.with_overlay_ : made.plain_) = std::move(program);
+    }
+    if (is_smoothed) {
+        TERRANE_TRY(GlProgram smoothing, make_program("the smooth edges", shade_vert, smooth_frag));
+        made.smoothing_ = std::move(smoothing);
     }
     made.noise_ = make_ground_noise();
     made.no_layout_ = make_vertex_array();
@@ -268,6 +274,11 @@ void GroundShade::draw(const Framebuffer& picture, bool has_overlay) const {
     glBindTextureUnit(3, picture.overlay_texture());
     glUseProgram((has_overlay ? with_overlay_ : plain_).name());
     glBindVertexArray(no_layout_.name());
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    if (!picture.is_smoothed()) return;
+    picture.bind_smoothed();
+    glBindTextureUnit(0, picture.shaded_texture());
+    glUseProgram(smoothing_.name());
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 

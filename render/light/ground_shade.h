@@ -55,10 +55,12 @@ class GroundShade {
 public:
     /// @param sample_count of the framebuffers passed to draw()
     /// @param lighting     text prepended to shade.frag: defines lit_at() and shown_at()
+    /// @param is_smoothed  of the framebuffers passed to draw()
     ///
     /// Fails with device_unavailable if its shaders do not compile.
     static Result<GroundShade> create(int sample_count,
-                                      const std::string& lighting = light_text({}));
+                                      const std::string& lighting = light_text({}),
+                                      bool is_smoothed = false);
 
     /// Call before draw() if the frame has ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
@@ -66,7 +68,7 @@ public:
         return light_->prepare(resident, view, eye);
     }
 
-    /// Shades a picture from its depth and overlay, with the bound uniforms.
+    /// Shades a picture from its depth and overlay, with the bound uniforms, and smooths its edges if it is smoothed.
     void draw(const Framebuffer& picture, bool has_overlay) const;
 
     /// Binds the ground noise to a texture unit: 1 for shade.frag and solid.frag, 7 for water.glsl.
@@ -81,7 +83,7 @@ private:
     GroundShade() = default;
 
     std::unique_ptr<GroundLight> light_ = std::make_unique<GroundLight>();
-    GlProgram plain_, with_overlay_;
+    GlProgram plain_, with_overlay_, smoothing_;
     GlTexture noise_;
     GlVertexArray no_layout_;
 };

@@ -132,8 +132,11 @@ ShadowBlock::Vec4 pack(const Eigen::Vector3d& v, double w) {
 
 }  // namespace
 
-ShadowMaps::ShadowMaps(int texels)
-    : texels_(texels), depths_(make_texture_2d_array()), places_(make_buffer()) {
+ShadowMaps::ShadowMaps(int texels, double sun_radius)
+    : texels_(texels),
+      sun_radius_(sun_radius),
+      depths_(make_texture_2d_array()),
+      places_(make_buffer()) {
     const GLuint name = depths_.name();
     glTextureStorage3D(name, 1, GL_DEPTH_COMPONENT32F, texels, texels, kCascades);
     glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
@@ -144,6 +147,13 @@ ShadowMaps::ShadowMaps(int texels)
     glTextureParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
     glTextureParameteri(name, GL_TEXTURE_COMPARE_FUNC, GL_GEQUAL);
     glNamedBufferStorage(places_.name(), sizeof(ShadowBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    if (sun_radius > 0.0) {
+        plain_ = make_sampler();
+        glSamplerParameteri(plain_.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        glSamplerParameteri(plain_.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        glSamplerParameteri(plain_.name(), GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        glSamplerParameteri(plain_.name(), GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
     for (int cascade = 0; cascade < kCascades; ++cascade) {
         GlFramebuffer& target = targets_[static_cast<std::size_t>(cascade)];
         target = make_framebuffer();
@@ -170,7 +180,7 @@ void ShadowMaps::end_cascades() const {
 void ShadowMaps::bind(std::span<const SunCascade, kCascades> cascades,
                       const WorldPos& eye_world) const {
     ShadowBlock block;
-    block.right = pack(cascades[0].axes.row(0), 0.0);
+    block.right = pack(cascades[0].axes.row(0), std::tan(sun_radius_));
     block.up = pack(cascades[0].axes.row(1), 0.0);
     for (std::size_t i = 0; i < kCascades; ++i) {
         block.places[i] = pack(cascades[i].centre_from(eye_world), 0.5 / cascades[i].half_side);
@@ -180,6 +190,10 @@ void ShadowMaps::bind(std::span<const SunCascade, kCascades> cascades,
     glNamedBufferSubData(places_.name(), 0, sizeof(block), &block);
     glBindBufferBase(GL_UNIFORM_BUFFER, 2, places_.name());
     glBindTextureUnit(6, depths_.name());
+    if (sun_radius_ > 0.0) {
+        glBindTextureUnit(14, depths_.name());
+        glBindSampler(14, plain_.name());
+    }
 }
 
 std::size_t ShadowMaps::bytes() const {
@@ -190,7 +204,7 @@ std::size_t ShadowMaps::bytes() const {
 ShadowPass::ShadowPass(const RendererSettings& settings)
     : sun_direction_(settings.sun_direction),
       distance_(settings.shadow_distance),
-      maps_(settings.shadow_texels) {
+      maps_(settings.shadow_texels, settings.sun_radius) {
     for (GlBuffer& buffer : uniforms_) {
         buffer = make_buffer();
         glNamedBufferStorage(buffer.name(), sizeof(FrameUniforms), nullptr, GL_DYNAMIC_STORAGE_BIT);

@@ -57,7 +57,9 @@ inline constexpr int kMostShadowTexels = 8192;
 class ShadowMaps {
 public:
     /// Requires texels in kLeastShadowTexels to kMostShadowTexels.
-    explicit ShadowMaps(int texels);
+    ///
+    /// @param sun_radius angular, of penumbrae, radians; 0: edges as sharp as the texels
+    ShadowMaps(int texels, double sun_radius);
 
     int texels() const { return texels_; }
 
@@ -67,8 +69,8 @@ public:
     /// Resets the state set by begin_cascade().
     void end_cascades() const;
 
-    /// Uploads the position of each cascade, and binds maps (texture unit 6) and positions (uniform block 2) for
-    /// lit_at().
+    /// Uploads the position of each cascade, and binds maps (texture unit 6; without comparison, unit 14) and positions
+    /// (uniform block 2) for lit_at().
     void bind(std::span<const SunCascade, kCascades> cascades, const WorldPos& eye_world) const;
 
     /// Device memory.
@@ -76,7 +78,9 @@ public:
 
 private:
     int texels_;
+    double sun_radius_;
     GlTexture depths_;
+    GlSampler plain_;  // of penumbrae: reads depths without comparison
     GlBuffer places_;
     std::array<GlFramebuffer, kCascades> targets_;
 };

@@ -53,7 +53,21 @@ Result<void> check_levels(const TriangleMesh& mesh, std::span<const MeshLevel> l
     return {};
 }
 
-std::vector<ObjectVertex> make_vertices(const TriangleMesh& mesh, const MeshMaterial& material) {
+Result<void> check_materials(const TriangleMesh& mesh, std::size_t count) {
+    if (count == 0 || count > std::size_t{std::numeric_limits<std::uint16_t>::max()} + 1)
+        return fail(ErrorCode::invalid_argument,
+                    "a mesh must have 1 to 65536 materials, got " + number_text(count));
+    for (std::size_t i = 0; i < mesh.materials.size(); ++i) {
+        if (mesh.materials[i] < count) continue;
+        return fail(ErrorCode::invalid_argument, "vertex " + number_text(i) + " names material " +
+                                                     number_text(mesh.materials[i]) + " of " +
+                                                     number_text(count));
+    }
+    return {};
+}
+
+std::vector<ObjectVertex> make_vertices(const TriangleMesh& mesh,
+                                        std::span<const MeshMaterial> materials) {
     const std::vector<Eigen::Vector3f> normals =
         mesh.normals.empty() ? vertex_normals(mesh) : mesh.normals;
     std::vector<ObjectVertex> vertices(mesh.positions.size());
@@ -64,6 +78,8 @@ std::vector<ObjectVertex> make_vertices(const TriangleMesh& mesh, const MeshMate
             vertex.normal[axis] = normals[i][axis];
         }
         if (mesh.colours.empty()) {
+            const MeshMaterial& material =
+                materials[mesh.materials.empty() ? 0 : mesh.materials[i]];
             std::copy(material.colour.begin(), material.colour.end(), vertex.colour);
             vertex.colour[3] = 255;
         } else {
@@ -92,15 +108,30 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh) {
 }
 
 Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
-                              const MeshMaterial& material) {
+                              std::span<const MeshMaterial> materials, TextureStore& textures) {
     TERRANE_TRY(mesh.validate());
     const MeshLevel whole = {.triangles = mesh.triangles};
     if (levels.empty()) levels = {&whole, 1};
     TERRANE_TRY(check_levels(mesh, levels));
+    TERRANE_TRY(check_materials(mesh, materials.size()));
     StoredMesh stored;
-    stored.vertices = make_vertices(mesh, material);
+    stored.vertices = make_vertices(mesh, materials);
     stored.bounds = bounding_box(mesh.positions);
-    stored.is_two_sided = material.is_two_sided;
+    bool is_plain = true;
+    for (const MeshMaterial& material : materials) {
+        TERRANE_TRY(StoredMaterial made, textures.add(material));
+        is_plain = is_plain && made.features == 0;
+        stored.materials.push_back(std::move(made));
+    }
+    if (materials.size() > 1) {
+        stored.materials_of_vertices = mesh.materials;
+        stored.materials_of_vertices.resize(mesh.positions.size());
+    }
+    std::vector<Eigen::Vector2f> coordinates;
+    if (!is_plain) {
+        coordinates = mesh.texture_coordinates;
+        coordinates.resize(mesh.positions.size(), Eigen::Vector2f::Zero());
+    }
     const auto upload = [&](const void* data, std::size_t bytes) {
         GlBuffer buffer = make_buffer();
         // OpenGL allows no empty buffer
@@ -113,21 +144,45 @@ Result<MeshId> MeshStore::add(const TriangleMesh& mesh, std::span<const MeshLeve
     std::vector<Triangle> indices;
     for (const MeshLevel& level : levels) {
         StoredMesh::Level& made = stored.levels.emplace_back();
-        made.first_index = static_cast<std::uint32_t>(3 * indices.size());
         made.index_count = static_cast<std::uint32_t>(3 * level.triangles.size());
-        if (!stored.is_two_sided && level.triangles.size() >= kLeastClustered) {
-            TERRANE_TRY(MeshClusters clusters,
-                        MeshClusters::create(mesh.positions, level.triangles));
-            for (const std::uint32_t i : clusters.order()) indices.push_back(level.triangles[i]);
-            made.clusters = std::move(clusters);
-        } else {
-            indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+        std::vector<Triangle> of_material;
+        for (std::uint32_t material = 0; material < materials.size(); ++material) {
+            std::span<const Triangle> triangles = level.triangles;
+            if (materials.size() > 1) {
+                of_material.clear();
+                for (const Triangle& t : level.triangles) {
+                    if (stored.materials_of_vertices[t[0]] == material) of_material.push_back(t);
+                }
+                if (of_material.empty()) continue;
+                triangles = of_material;
+            }
+            StoredMesh::Group& group = made.groups.emplace_back();
+            group.material = material;
+            group.first_index = static_cast<std::uint32_t>(3 * indices.size());
+            group.index_count = static_cast<std::uint32_t>(3 * triangles.size());
+            if (!materials[material].is_two_sided && triangles.size() >= kLeastClustered) {
+                TERRANE_TRY(MeshClusters clusters, MeshClusters::create(mesh.positions, triangles));
+                for (const std::uint32_t i : clusters.order()) indices.push_back(triangles[i]);
+                group.clusters = std::move(clusters);
+            } else {
+                indices.insert(indices.end(), triangles.begin(), triangles.end());
+            }
         }
         if (level.morph_targets.empty()) continue;
         std::vector<ObjectVertex> moved;
         for (const std::uint32_t target : level.morph_targets)
             moved.push_back(stored.vertices[target]);
         made.targets = upload(moved.data(), moved.size() * sizeof(ObjectVertex));
+        if (is_plain) continue;
+        std::vector<Eigen::Vector2f> moved_coordinates;
+        for (const std::uint32_t target : level.morph_targets)
+            moved_coordinates.push_back(coordinates[target]);
+        made.texture_targets =
+            upload(moved_coordinates.data(), moved_coordinates.size() * sizeof(Eigen::Vector2f));
+    }
+    if (!is_plain) {
+        stored.texture_buffer =
+            upload(coordinates.data(), coordinates.size() * sizeof(Eigen::Vector2f));
     }
     stored.vertex_buffer =
         upload(stored.vertices.data(), stored.vertices.size() * sizeof(ObjectVertex));
@@ -182,12 +237,25 @@ GlVertexArray make_object_layout() {
     return layout;
 }
 
+GlVertexArray make_textured_layout() {
+    GlVertexArray layout = make_object_layout();
+    add_floats(layout.name(), 9, 2, 0, 3);
+    add_floats(layout.name(), 10, 2, 0, 4);
+    return layout;
+}
+
 void bind_mesh(GLuint layout, const StoredMesh& mesh, GLuint targets) {
     glBindVertexArray(layout);
     glVertexArrayVertexBuffer(layout, 0, mesh.vertex_buffer.name(), 0, sizeof(ObjectVertex));
     glVertexArrayVertexBuffer(layout, 2, targets != 0 ? targets : mesh.vertex_buffer.name(), 0,
                               sizeof(ObjectVertex));
     glVertexArrayElementBuffer(layout, mesh.index_buffer.name());
+}
+
+void bind_texture_coordinates(GLuint layout, const StoredMesh& mesh, GLuint targets) {
+    const GLuint own = mesh.texture_buffer.name();
+    glVertexArrayVertexBuffer(layout, 3, own, 0, sizeof(Eigen::Vector2f));
+    glVertexArrayVertexBuffer(layout, 4, targets != 0 ? targets : own, 0, sizeof(Eigen::Vector2f));
 }
 
 void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte) {
@@ -283,7 +351,19 @@ struct BakeTarget {
 
 }  // namespace
 
-Result<void> ImpostorStore::make_program() {
+MaterialPrograms bake_programs() {
+    return {"textured impostors' views",
+            kColourTexture | kNormalTexture | kGloss | kGlossTexture | kCut,
+            std::string(impostor_bake_vert), "#define SAMPLES 1\n",
+            std::string(impostor_bake_frag)};
+}
+
+Result<void> ImpostorStore::make_programs(const StoredMesh& mesh) {
+    for (const StoredMaterial& material : mesh.materials) {
+        if (material.features == 0) continue;
+        TERRANE_TRY(material_programs_.make(material.features));
+        if (textured_layout_.name() == 0) textured_layout_ = make_textured_layout();
+    }
     if (program_.name() != 0) return {};
     TERRANE_TRY(GlProgram made,
                 internal::make_program("impostors' views", impostor_bake_vert, impostor_bake_frag));
@@ -294,9 +374,32 @@ Result<void> ImpostorStore::make_program() {
     return {};
 }
 
+void ImpostorStore::draw_view(const StoredMesh& mesh, const Eigen::Vector3f& centre,
+                              const Eigen::Matrix3f& axes) const {
+    for (const StoredMesh::Group& group : mesh.levels[0].groups) {
+        const StoredMaterial& material = mesh.materials[group.material];
+        if (material.features == 0) {
+            glUseProgram(program_.name());
+            bind_mesh(layout_.name(), mesh, 0);
+            glUniform3fv(centre_, 1, centre.data());
+            glUniformMatrix3fv(axes_, 1, GL_FALSE, axes.data());
+        } else {
+            const MaterialProgram& program = material_programs_.of(material.features);
+            program.use(material);
+            bind_mesh(textured_layout_.name(), mesh, 0);
+            bind_texture_coordinates(textured_layout_.name(), mesh, 0);
+            glUniform3fv(program.centre, 1, centre.data());
+            glUniformMatrix3fv(program.axes, 1, GL_FALSE, axes.data());
+        }
+        // OpenGL passes the offset in the index buffer as a pointer
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(group.index_count), GL_UNSIGNED_INT,
+                       reinterpret_cast<const void*>(group.first_index * sizeof(std::uint32_t)));
+    }
+}
+
 Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSettings& settings) {
     TERRANE_TRY(check_impostor(mesh, settings));
-    TERRANE_TRY(make_program());
+    TERRANE_TRY(make_programs(mesh));
     StoredImpostor made = measure(mesh, settings);
     const int layers = settings.views_around * settings.views_above;
     made.colours = make_layers(settings.texels, layers);
@@ -311,9 +414,6 @@ Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSett
     glDepthFunc(GL_GEQUAL);
     glClearDepth(0.0);
     glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
-    glUseProgram(program_.name());
-    glUniform3fv(centre_, 1, made.centre.data());
-    bind_mesh(layout_.name(), mesh, 0);
     for (int layer = 0; layer < layers; ++layer) {
         const Eigen::Matrix3d axes =
             axes_of(settings, layer % settings.views_around, layer / settings.views_around);
@@ -323,10 +423,8 @@ Result<ImpostorId> ImpostorStore::add(const StoredMesh& mesh, const ImpostorSett
         const Eigen::Vector3d scale(1.0 / width, 1.0 / height,
                                     1.0 / static_cast<double>(made.radius));
         const Eigen::Matrix3f scaled = (scale.asDiagonal() * axes).cast<float>();
-        glUniformMatrix3fv(axes_, 1, GL_FALSE, scaled.data());
         glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(mesh.levels[0].index_count),
-                       GL_UNSIGNED_INT, nullptr);
+        draw_view(mesh, made.centre, scaled);
         for (const auto& [large, small] :
              {std::pair(&target.colours, &made.colours), std::pair(&target.shapes, &made.shapes)}) {
             glGenerateTextureMipmap(large->name());

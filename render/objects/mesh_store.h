@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gl/gl_object.h"
+#include "objects/materials.h"
 
 #include <terrane/base/math.h>
 #include <terrane/render/terrain_renderer.h>
@@ -28,19 +29,34 @@ static_assert(sizeof(ObjectVertex) == 28);
 
 /// A mesh on the device.
 struct StoredMesh {
-    struct Level {
+    /// Triangles of one material.
+    struct Group {
+        std::uint32_t material = 0;  ///< index in `materials`
         std::uint32_t first_index = 0, index_count = 0;
-        GlBuffer
-            targets;  ///< the vertices that the level's vertices move to; no buffer: the level does not morph
-        /// Clusters of the triangles, in the order of the indices; none for two-sided meshes and small levels.
+        /// Clusters of the triangles, in the order of the indices; none for two-sided materials and few triangles.
         std::optional<MeshClusters> clusters;
     };
+    struct Level {
+        std::vector<Group> groups;  ///< by material
+        std::uint32_t index_count = 0;
+        GlBuffer
+            targets;  ///< the vertices that the level's vertices move to; no buffer: the level does not morph
+        GlBuffer texture_targets;  ///< their texture coordinates, if the mesh has a texture buffer
+    };
     std::vector<ObjectVertex> vertices;  ///< kept for objects with moving vertices
+    std::vector<std::uint16_t>
+        materials_of_vertices;  ///< [vertices] for several materials, else empty
     GlBuffer vertex_buffer, index_buffer;
+    GlBuffer texture_buffer;  ///< [vertices] texture coordinates; none if all materials are plain
+    std::vector<StoredMaterial> materials;  ///< at least one
     std::vector<Level> levels;
-    Aabb bounds;  ///< of the positions
-    bool is_two_sided = false;
-    std::size_t bytes = 0;  ///< on the device
+    Aabb bounds;            ///< of the positions
+    std::size_t bytes = 0;  ///< on the device, without textures
+
+    /// Index in `materials`.
+    std::uint32_t material_of(const TriangleMesh::Triangle& triangle) const {
+        return materials_of_vertices.empty() ? 0 : materials_of_vertices[triangle[0]];
+    }
 };
 
 /// Area-weighted vertex normals; +z for vertices without triangles.
@@ -49,11 +65,14 @@ std::vector<Eigen::Vector3f> vertex_normals(const TriangleMesh& mesh);
 /// Keeps meshes of objects on the device.
 class MeshStore {
 public:
+    /// @param materials at least one
+    /// @param textures  receives the materials' textures
+    ///
     /// Fails: invalid_argument as TriangleMesh::validate(), for a level with an index beyond the vertices, for a
-    ///        morphing level in which a vertex has no target, and for 2^31 indices or more; device_unavailable if
-    ///        OpenGL reports an error
+    ///        morphing level in which a vertex has no target, for 2^31 indices or more, and for a material that does
+    ///        not exist or is invalid; device_unavailable if OpenGL reports an error
     Result<MeshId> add(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
-                       const MeshMaterial& material);
+                       std::span<const MeshMaterial> materials, TextureStore& textures);
     void remove(MeshId mesh) { meshes_.erase(mesh); }
     /// Null for an unknown id.
     const StoredMesh* find(MeshId mesh) const;
@@ -67,11 +86,17 @@ private:
 /// Vertex array with the attributes of ObjectVertex (0 to 2, binding 0), of ObjectInstance (3 to 5, binding 1), and of
 /// the vertices that a level morphs to (6 to 8, binding 2).
 GlVertexArray make_object_layout();
+/// The same with texture coordinates (9, binding 3), and those of the vertices that a level morphs to (10, binding 4).
+GlVertexArray make_textured_layout();
 
 /// Binds a layout with a mesh's buffers.
 ///
 /// @param targets buffer of the vertices that the level morphs to; 0: none
 void bind_mesh(GLuint layout, const StoredMesh& mesh, GLuint targets);
+/// Binds the buffers of texture coordinates to a layout of make_textured_layout().
+///
+/// @param targets as for bind_mesh()
+void bind_texture_coordinates(GLuint layout, const StoredMesh& mesh, GLuint targets);
 /// Replaces the vertex buffer of the layout by `buffer` from `byte` on; these vertices do not morph.
 void bind_own_vertices(GLuint layout, GLuint buffer, std::size_t byte);
 
@@ -90,6 +115,9 @@ struct StoredImpostor {
     std::size_t bytes = 0;
 };
 
+/// Programs that draw a textured mesh into an impostor's view.
+MaterialPrograms bake_programs();
+
 /// Renders impostors: a mesh is drawn from each direction in parallel projection, unlit, at four times the size of a
 /// view, and averaged.
 ///
@@ -105,11 +133,14 @@ public:
     std::size_t bytes() const;
 
 private:
-    Result<void> make_program();
+    Result<void> make_programs(const StoredMesh& mesh);
+    void draw_view(const StoredMesh& mesh, const Eigen::Vector3f& centre,
+                   const Eigen::Matrix3f& axes) const;
 
     GlProgram program_;
     GLint centre_ = -1, axes_ = -1;
-    GlVertexArray layout_;
+    GlVertexArray layout_, textured_layout_;
+    MaterialPrograms material_programs_ = bake_programs();
     std::uint32_t next_ = 0;
     std::map<ImpostorId, StoredImpostor> impostors_;
 };

@@ -27,9 +27,20 @@ double radius_of(const StoredImpostor& impostor) {
 
 }  // namespace
 
+namespace {
+
+// a shadow map has one sample a texel
+std::string covered_text() { return "#define SAMPLES 1\n" + std::string(coverage_glsl); }
+
+}  // namespace
+
+MaterialPrograms cut_shadow_programs() {
+    return {"cut meshes' shadows", kColourTexture | kCut, std::string(instance_vert),
+            covered_text(), std::string(mesh_shadow_frag)};
+}
+
 Result<std::unique_ptr<ObjectCasters>> ObjectCasters::create() {
-    // a shadow map has one sample a texel
-    const std::string covered = "#define SAMPLES 1\n" + std::string(coverage_glsl);
+    const std::string covered = covered_text();
     TERRANE_TRY(GlProgram meshes, make_program("meshes' shadows", instance_vert,
                                                covered + std::string(mesh_shadow_frag)));
     TERRANE_TRY(ImpostorProgram impostors,
@@ -39,6 +50,7 @@ Result<std::unique_ptr<ObjectCasters>> ObjectCasters::create() {
     made->meshes_ = std::move(meshes);
     made->impostors_ = std::move(impostors);
     made->object_layout_ = make_object_layout();
+    made->textured_layout_ = make_textured_layout();
     made->no_layout_ = make_vertex_array();
     return made;
 }
@@ -67,6 +79,10 @@ Result<void> ObjectCasters::prepare(std::span<const OpaqueDraw> solids,
     billboards_ = billboards;
     frame_stream_ = frame_stream;
     selected_.clear();
+    for (const OpaqueDraw& draw : solids) {
+        if ((draw.material->features & kCut) == 0) continue;
+        TERRANE_TRY(cut_meshes_.make(draw.material->features));
+    }
     for (std::size_t i = 0; i < cascades.size(); ++i) {
         List& list = lists_[i];
         list.solids.clear();
@@ -97,24 +113,37 @@ Result<void> ObjectCasters::prepare(std::span<const OpaqueDraw> solids,
     return {};
 }
 
+void ObjectCasters::draw_mesh(const OpaqueDraw& draw, const Part& part, GLuint layout) const {
+    bind_mesh(layout, *draw.mesh, draw.targets);
+    glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
+    if (draw.has_own_vertices) {
+        bind_own_vertices(layout, frame_stream_, draw.vertex_byte);
+    }
+    if (draw.has_own_indices) glVertexArrayElementBuffer(layout, frame_stream_);
+    // OpenGL passes the offset in the index buffer as a pointer
+    glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(draw.index_count),
+                                        GL_UNSIGNED_INT,
+                                        reinterpret_cast<const void*>(draw.index_byte),
+                                        static_cast<GLsizei>(part.count), part.first);
+}
+
 void ObjectCasters::draw(std::size_t cascade) const {
     if (selected_.empty()) return;
     const List& list = lists_[cascade];
-    const GLuint layout = object_layout_.name();
     glUseProgram(meshes_.name());
+    bool has_cut = false;
     for (const Part& part : list.solids) {
         const OpaqueDraw& draw = solids_[part.draw];
-        bind_mesh(layout, *draw.mesh, draw.targets);
-        glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
-        if (draw.has_own_vertices) {
-            bind_own_vertices(layout, frame_stream_, draw.vertex_byte);
-        }
-        if (draw.has_own_indices) glVertexArrayElementBuffer(layout, frame_stream_);
-        // OpenGL passes the offset in the index buffer as a pointer
-        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(draw.index_count),
-                                            GL_UNSIGNED_INT,
-                                            reinterpret_cast<const void*>(draw.index_byte),
-                                            static_cast<GLsizei>(part.count), part.first);
+        const bool is_cut = (draw.material->features & kCut) != 0;
+        has_cut = has_cut || is_cut;
+        if (!is_cut) draw_mesh(draw, part, object_layout_.name());
+    }
+    for (const Part& part : list.solids) {
+        const OpaqueDraw& draw = solids_[part.draw];
+        if (!has_cut || (draw.material->features & kCut) == 0) continue;
+        cut_meshes_.of(draw.material->features).use(*draw.material);
+        bind_texture_coordinates(textured_layout_.name(), *draw.mesh, draw.texture_targets);
+        draw_mesh(draw, part, textured_layout_.name());
     }
     if (list.billboards.empty()) return;
     glUseProgram(impostors_.program.name());

@@ -14,6 +14,9 @@
 
 namespace terrane::internal {
 
+/// Programs that draw meshes with cut textures into a shadow map.
+MaterialPrograms cut_shadow_programs();
+
 /// Draws the objects of a frame into shadow maps: meshes as triangles, impostors as flat pictures that face the sun.
 /// Casters that cannot cast a shadow into a map are culled.
 class ObjectCasters {
@@ -47,13 +50,15 @@ private:
     };
 
     ObjectCasters() = default;
+    void draw_mesh(const OpaqueDraw& draw, const Part& part, GLuint layout) const;
     // Appends the instances of a range that can cast a shadow into a map.
     Part select(std::span<const ObjectInstance> instances, double radius, const SunCascade& cascade,
                 const WorldPos& eye_world);
 
     GlProgram meshes_;
+    MaterialPrograms cut_meshes_ = cut_shadow_programs();
     ImpostorProgram impostors_;
-    GlVertexArray object_layout_, no_layout_;
+    GlVertexArray object_layout_, textured_layout_, no_layout_;
     StreamBuffer stream_;
 
     // State of the current frame.

@@ -40,6 +40,10 @@ void ImpostorProgram::set(const StoredImpostor& impostor, std::uint32_t first) c
     glUniform1f(texels, static_cast<float>(impostor.settings.texels));
 }
 
+MaterialPrograms textured_programs(const std::string& before) {
+    return {"textured meshes", ~0u, std::string(instance_vert), before, std::string(textured_frag)};
+}
+
 Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::string& lighting) {
     const std::string samples = "#define SAMPLES " + std::to_string(sample_count) + "\n";
     const std::string covered = samples + lighting + std::string(coverage_glsl);
@@ -59,7 +63,9 @@ Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::strin
     made.impostors = std::move(impostors);
     made.small_impostors = std::move(small_impostors);
     made.particles = std::move(particles);
+    made.textured = textured_programs(covered);
     made.object_layout = make_object_layout();
+    made.textured_layout = make_textured_layout();
     made.no_layout = make_vertex_array();
     return made;
 }

@@ -18,10 +18,13 @@
 
 namespace terrane::internal {
 
-/// Triangles of one mesh for a range of a frame's instances.
+/// Triangles of one mesh and one material for a range of a frame's instances.
 struct OpaqueDraw {
     const StoredMesh* mesh = nullptr;
-    GLuint targets = 0;                                      ///< buffer of morph targets; 0: none
+    const StoredMaterial* material = nullptr;
+    GLuint targets = 0;          ///< buffer of morph targets; 0: none
+    GLuint texture_targets = 0;  ///< of their texture coordinates
+    bool is_first = true;  ///< no earlier draw is of the same instances, with another material
     bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
     std::size_t vertex_byte = 0, index_byte = 0;
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
@@ -49,12 +52,18 @@ struct ImpostorProgram {
 Result<ImpostorProgram> make_impostor_program(const std::string& name, std::string_view vertex,
                                               std::string_view fragment);
 
+/// Programs that draw textured meshes.
+///
+/// @param before text prepended to the fragment shader: defines SAMPLES, lit_at() and shown_at()
+MaterialPrograms textured_programs(const std::string& before);
+
 /// The programs that draw a scene's objects.
 struct ObjectPrograms {
     GlProgram meshes, particles;
     ImpostorProgram impostors;        ///< blend views, displaced by their depth
     ImpostorProgram small_impostors;  ///< of few pixels: the nearest view only
-    GlVertexArray object_layout, no_layout;
+    MaterialPrograms textured = textured_programs({});
+    GlVertexArray object_layout, textured_layout, no_layout;
 
     /// Fails: device_unavailable if a program does not compile
     ///

@@ -17,6 +17,7 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <utility>
 
 namespace terrane::internal {
 
@@ -140,9 +141,17 @@ Result<void> SceneObjects::make_programs() {
 }
 
 Result<MeshId> SceneObjects::add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
-                                      const MeshMaterial& material) {
+                                      std::span<const MeshMaterial> materials) {
     TERRANE_TRY(make_programs());
-    return meshes_.add(mesh, levels, material);
+    TERRANE_TRY(const MeshId id, meshes_.add(mesh, levels, materials, textures_));
+    for (const StoredMaterial& material : meshes_.find(id)->materials) {
+        if (material.features == 0) continue;
+        if (const auto made = programs_->textured.make(material.features); !made) {
+            meshes_.remove(id);
+            return tl::unexpected(made.error());
+        }
+    }
+    return id;
 }
 
 Result<ImpostorId> SceneObjects::add_impostor(MeshId mesh, const ImpostorSettings& settings) {
@@ -163,13 +172,18 @@ Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const M
         TERRANE_TRY(check_instances(draws, draw.first_instance, draw.instance_count));
         const StoredMesh::Level& level = mesh->levels[draw.level];
         if (draw.instance_count == 0 || level.index_count == 0) continue;
-        solid_.push_back({.mesh = mesh,
-                          .targets = level.targets.name(),
-                          .index_byte = level.first_index * sizeof(std::uint32_t),
-                          .index_count = level.index_count,
-                          .first_instance = draw.first_instance,
-                          .instance_count = draw.instance_count,
-                          .clusters = level.clusters ? &*level.clusters : nullptr});
+        for (const StoredMesh::Group& group : level.groups) {
+            solid_.push_back({.mesh = mesh,
+                              .material = &mesh->materials[group.material],
+                              .targets = level.targets.name(),
+                              .texture_targets = level.texture_targets.name(),
+                              .is_first = &group == level.groups.data(),
+                              .index_byte = group.first_index * sizeof(std::uint32_t),
+                              .index_count = group.index_count,
+                              .first_instance = draw.first_instance,
+                              .instance_count = draw.instance_count,
+                              .clusters = group.clusters ? &*group.clusters : nullptr});
+        }
     }
     return {};
 }
@@ -205,15 +219,38 @@ Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedD
     if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(streamed.mesh));
     TERRANE_TRY(check_instances(draws, streamed.instance, 1));
     TERRANE_TRY(check_streamed(streamed, mesh->vertices.size()));
-    if (streamed.triangles.empty()) return {};
-    solid_.push_back({.mesh = mesh,
-                      .has_own_vertices = !streamed.positions.empty(),
-                      .has_own_indices = true,
-                      .index_count = static_cast<std::uint32_t>(3 * streamed.triangles.size()),
-                      .first_instance = streamed.instance,
-                      .instance_count = 1});
-    streamed_.push_back(&streamed);
+    // one draw for each material
+    std::vector<std::uint32_t> counts(mesh->materials.size(), 0);
+    for (const TriangleMesh::Triangle& t : streamed.triangles) ++counts[mesh->material_of(t)];
+    bool is_first = true;
+    for (std::size_t material = 0; material < counts.size(); ++material) {
+        if (counts[material] == 0) continue;
+        solid_.push_back({.mesh = mesh,
+                          .material = &mesh->materials[material],
+                          .is_first = std::exchange(is_first, false),
+                          .has_own_vertices = !streamed.positions.empty(),
+                          .has_own_indices = true,
+                          .index_count = 3 * counts[material],
+                          .first_instance = streamed.instance,
+                          .instance_count = 1});
+        streamed_.push_back(&streamed);
+    }
     return {};
+}
+
+// Copies the triangles of a streamed draw that have the draw's material.
+void SceneObjects::copy_triangles(const OpaqueDraw& draw, const StreamedDraw& streamed,
+                                  std::byte* memory) {
+    if (draw.mesh->materials.size() == 1) {
+        std::memcpy(memory, streamed.triangles.data(), streamed.triangles.size_bytes());
+        return;
+    }
+    const auto material = static_cast<std::uint32_t>(draw.material - draw.mesh->materials.data());
+    for (const TriangleMesh::Triangle& t : streamed.triangles) {
+        if (draw.mesh->material_of(t) != material) continue;
+        std::memcpy(memory, &t, sizeof(t));
+        memory += sizeof(t);
+    }
 }
 
 // The instances come first in the buffer, so that a draw's first_instance is also an index into the buffer.
@@ -228,10 +265,13 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
         OpaqueDraw& draw = solid_[first_streamed + i];
         draw.vertex_byte = end;
-        if (draw.has_own_vertices)
+        if (draw.has_own_vertices && draw.is_first) {
             end = aligned(end + draw.mesh->vertices.size() * sizeof(ObjectVertex));
+        } else if (draw.has_own_vertices) {
+            draw.vertex_byte = solid_[first_streamed + i - 1].vertex_byte;
+        }
         draw.index_byte = end;
-        end = aligned(end + streamed_[i]->triangles.size_bytes());
+        end = aligned(end + draw.index_count * sizeof(std::uint32_t));
     }
     std::byte* memory = stream_.begin(std::max<std::size_t>(end, 16));
     if (memory == nullptr) {
@@ -249,8 +289,8 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     std::vector<ObjectVertex> moved;
     for (std::size_t i = 0; i < streamed_.size(); ++i) {
         const OpaqueDraw& draw = solid_[first_streamed + i];
-        copy(draw.index_byte, streamed_[i]->triangles.data(), streamed_[i]->triangles.size_bytes());
-        if (!draw.has_own_vertices) continue;
+        copy_triangles(draw, *streamed_[i], memory + draw.index_byte);
+        if (!draw.has_own_vertices || !draw.is_first) continue;
         moved = draw.mesh->vertices;
         for (std::size_t vertex = 0; vertex < moved.size(); ++vertex) {
             for (int axis = 0; axis < 3; ++axis)
@@ -314,6 +354,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     if (auto ok = collect(draws, !cascades.empty()); !ok) return give_up(ok);
     if (is_empty() && draws.particles.empty()) return {};
     if (auto ok = make_programs(); !ok) return give_up(ok);
+    if (auto ok = prepare_textures(); !ok) return give_up(ok);
     if (subpixel_bits_ == 0) glGetIntegerv(GL_SUBPIXEL_BITS, &subpixel_bits_);
     parts_.prepare(std::span(solid_).first(drawn_solids_), draws.instances, view, subpixel_bits_);
     if (auto ok = upload(draws); !ok) return give_up(ok);
@@ -322,7 +363,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     }
     particle_count_ = draws.particles.size();
     for (const OpaqueDraw& draw : drawn_solids()) {
-        object_count_ += draw.instance_count;
+        object_count_ += draw.is_first ? draw.instance_count : 0;
         triangle_count_ += std::size_t{draw.instance_count} * (draw.index_count / 3);
     }
     for (const BillboardDraw& draw : drawn_impostors()) {
@@ -333,7 +374,32 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     return {};
 }
 
-void SceneObjects::draw_triangles(const OpaqueDraw& draw) const {
+// Marks the textures of a frame, casters included, and gives textures the memory that they may have.
+Result<void> SceneObjects::prepare_textures() {
+    has_textures_ = false;
+    bool has_casters = false;
+    textures_.begin_frame();
+    for (std::size_t i = 0; i < solid_.size(); ++i) {
+        if (solid_[i].material->features == 0) continue;
+        textures_.mark_drawn(*solid_[i].material);
+        (i < drawn_solids_ ? has_textures_ : has_casters) = true;
+    }
+    if (!has_textures_ && !has_casters) return {};
+    return textures_.balance();
+}
+
+void SceneObjects::draw_mesh(const OpaqueDraw& draw, GLuint layout) const {
+    bind_mesh(layout, *draw.mesh, draw.targets);
+    glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
+    if (draw.has_own_vertices) {
+        bind_own_vertices(layout, stream_.name(), draw.vertex_byte);
+    }
+    if (draw.has_own_indices) glVertexArrayElementBuffer(layout, stream_.name());
+    if (draw.material->numbers.is_two_sided) {
+        glDisable(GL_CULL_FACE);
+    } else {
+        glEnable(GL_CULL_FACE);
+    }
     if (draw.has_parts) {
         glMultiDrawElementsIndirect(
             GL_TRIANGLES, GL_UNSIGNED_INT,
@@ -353,18 +419,16 @@ void SceneObjects::draw_solid() const {
     glUseProgram(programs_->meshes.name());
     glBindBuffer(GL_DRAW_INDIRECT_BUFFER, stream_.name());
     for (const OpaqueDraw& draw : drawn_solids()) {
-        bind_mesh(layout, *draw.mesh, draw.targets);
-        glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
-        if (draw.has_own_vertices) {
-            bind_own_vertices(layout, stream_.name(), draw.vertex_byte);
+        if (draw.material->features == 0) draw_mesh(draw, layout);
+    }
+    if (has_textures_) {
+        const GLuint textured_layout = programs_->textured_layout.name();
+        for (const OpaqueDraw& draw : drawn_solids()) {
+            if (draw.material->features == 0) continue;
+            programs_->textured.of(draw.material->features).use(*draw.material);
+            bind_texture_coordinates(textured_layout, *draw.mesh, draw.texture_targets);
+            draw_mesh(draw, textured_layout);
         }
-        if (draw.has_own_indices) glVertexArrayElementBuffer(layout, stream_.name());
-        if (draw.mesh->is_two_sided) {
-            glDisable(GL_CULL_FACE);
-        } else {
-            glEnable(GL_CULL_FACE);
-        }
-        draw_triangles(draw);
     }
     glDisable(GL_CULL_FACE);
     draw_billboards();

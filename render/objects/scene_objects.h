@@ -22,13 +22,14 @@ namespace terrane::internal {
 /// device.
 class SceneObjects {
 public:
-    /// @param sample_count of the picture
-    /// @param lighting     text prepended to shaders: defines lit_at() and shown_at()
-    explicit SceneObjects(int sample_count, std::string lighting)
-        : sample_count_(sample_count), lighting_(std::move(lighting)) {}
+    /// @param sample_count  of the picture
+    /// @param lighting      text prepended to shaders: defines lit_at() and shown_at()
+    /// @param texture_bytes limit of the textures' memory
+    SceneObjects(int sample_count, std::string lighting, std::size_t texture_bytes)
+        : sample_count_(sample_count), lighting_(std::move(lighting)), textures_(texture_bytes) {}
 
     Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
-                            const MeshMaterial& material);
+                            std::span<const MeshMaterial> materials);
     Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings);
     void remove_mesh(MeshId mesh) { meshes_.remove(mesh); }
     void remove_impostor(ImpostorId impostor) { impostors_.remove(impostor); }
@@ -60,8 +61,9 @@ public:
     std::size_t triangle_count() const { return triangle_count_; }
     /// Part of triangle_count(): triangles in back-facing clusters, not submitted.
     std::size_t culled_triangle_count() const { return parts_.culled_triangles(); }
-    /// Bytes of meshes and impostors on the device.
-    std::size_t bytes() const { return meshes_.bytes() + impostors_.bytes(); }
+    /// Bytes of meshes, textures and impostors on the device.
+    std::size_t bytes() const { return meshes_.bytes() + textures_.bytes() + impostors_.bytes(); }
+    std::size_t reduced_texture_count() const { return textures_.reduced_count(); }
 
 private:
     Result<void> make_programs();
@@ -71,8 +73,11 @@ private:
     Result<void> add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes);
     Result<void> add_impostors(const SceneDraws& draws, std::span<const ImpostorDraw> impostors);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
+    static void copy_triangles(const OpaqueDraw& draw, const StreamedDraw& streamed,
+                               std::byte* memory);
     Result<void> upload(const SceneDraws& draws);
-    void draw_triangles(const OpaqueDraw& draw) const;
+    Result<void> prepare_textures();
+    void draw_mesh(const OpaqueDraw& draw, GLuint layout) const;
     void sort_billboards(const SceneDraws& draws, std::byte* memory);
     void draw_billboards() const;
     std::span<const OpaqueDraw> drawn_solids() const {
@@ -86,6 +91,7 @@ private:
     std::string lighting_;
     std::optional<ObjectPrograms> programs_;
     std::unique_ptr<ObjectCasters> casters_;  // null before the first shadow
+    TextureStore textures_;
     MeshStore meshes_;
     ImpostorStore impostors_;
     StreamBuffer stream_;
@@ -98,6 +104,7 @@ private:
     std::vector<BillboardDraw> impostor_draws_;  // in the same order
     std::size_t drawn_solids_ = 0, drawn_impostors_ = 0;
     std::vector<const StreamedDraw*> streamed_;  // sources of the last drawn_solids(), in order
+    bool has_textures_ = false;                  // whether a drawn solid has
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::size_t command_byte_ = 0;

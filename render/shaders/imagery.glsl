@@ -43,7 +43,13 @@ vec4 imagery_at(vec3 p_eye, float pixel_m) {
 // Albedo of ground that is displayed in this colour if it is level and sunlit: the inverse of display(), without its
 // contrast.
 vec3 albedo_of(vec3 shown) {
+#ifdef ATMOSPHERE
+    // exposed light of level ground at noon
+    const float kNoon = 1.1;
+    return light_shown_as(shown) / kNoon;
+#else
     vec3 squared = min(shown * shown, 0.85);
     return 0.80 * squared / (1.0 - squared) / (kSunLight * max(frame.sun.z, 0.3) + kSkyLight);
+#endif
 }
 #endif

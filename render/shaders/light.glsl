@@ -1,7 +1,7 @@
 #version 450 core
 // SPDX-License-Identifier: MIT
-// Shared by all shaders: uniforms of the frame, positions on the lattice, lighting. Positions with the suffix _eye are
-// metres from the eye in world axes. Colours are linear until display().
+// Shared by all shaders: uniforms of the frame, positions on the lattice. Positions with the suffix _eye are metres from
+// the eye in world axes.
 
 layout(std140, binding = 0) uniform Frame {
     mat4 clip_from_eye;
@@ -63,48 +63,4 @@ int find_entry(isamplerBuffer table, int mask, ivec2 square, int level) {
 vec3 rotated(vec4 q, vec3 v) {
     vec3 t = 2.0 * cross(q.xyz, v);
     return v + q.w * t + cross(q.xyz, t);
-}
-
-const vec3 kSunLight = vec3(2.75, 2.40, 1.90);
-const vec3 kSkyLight = vec3(0.26, 0.35, 0.52);
-const vec3 kGroundLight = vec3(0.16, 0.14, 0.10);
-
-// Diffuse light of sun, sky and surrounding ground.
-// towards_sun, upward: components of the normal.
-vec3 lit_from(vec3 albedo, float towards_sun, float upward) {
-    float sun = max(towards_sun, 0.0);
-    float sky = 0.5 + 0.5 * upward;
-    return albedo * (kSunLight * sun + mix(kGroundLight, kSkyLight, sky));
-}
-vec3 lit(vec3 albedo, vec3 normal) {
-    return lit_from(albedo, dot(normal, frame.sun.xyz), normal.z);
-}
-
-// Tone mapping: a soft shoulder, gamma 2 (cheap), some contrast.
-vec3 display(vec3 light) {
-    vec3 shown = sqrt(light / (light + 0.80));
-    return mix(shown, shown * shown * (3.0 - 2.0 * shown), 0.6);
-}
-
-// Glow of the air towards the sun.
-vec3 glow(vec3 direction) {
-    float towards = max(dot(direction, frame.sun.xyz), 0.0);
-    float towards4 = towards * towards * towards * towards;
-    float towards16 = towards4 * towards4 * towards4 * towards4;
-    float towards48 = towards16 * towards16 * towards16;
-    return vec3(1.0, 0.86, 0.62) * (0.10 * towards4 + 0.22 * towards48);
-}
-
-// Displayed colour of the sky in a unit direction.
-vec3 sky(vec3 direction) {
-    float height = max(direction.z, 0.0);
-    vec3 colour = mix(frame.horizon.rgb, frame.zenith.rgb, 1.0 - exp(-3.6 * height));
-    return colour + glow(direction) * (1.0 - colour);
-}
-
-// Displayed colour of a surface seen through haze.
-vec3 behind_air(vec3 colour, vec3 p_eye, float distance) {
-    vec3 along = p_eye / distance;
-    vec3 air = frame.horizon.rgb + glow(along) * (1.0 - frame.horizon.rgb);
-    return mix(air, colour, exp2(-frame.grid.z * distance));
 }

@@ -34,7 +34,7 @@ void main() {
                             frame.right.xyz / length(frame.right.xyz) * at.x);
     // light passes through smoke: half of it does not depend on direction
     vec3 albedo = pow(colour_of.rgb, vec3(2.2));
-    vec3 light = 0.5 * (lit(albedo, normal) + lit(albedo, frame.sun.xyz));
+    vec3 light = 0.5 * (lit(albedo, normal, p_eye) + lit(albedo, frame.sun.xyz, p_eye));
     vec3 shown = shown_at(light, p_eye);
     colour_out = vec4(shown * opacity, opacity);
 }

@@ -3,7 +3,8 @@
 // from depth. Hence small triangles cost no more than large ones, and lighting depends neither on the triangles nor on
 // the chunks that were drawn.
 //
-// SAMPLES (of the depth and the overlay) and OVERLAY (whether there is one) are defined by the program.
+// SAMPLES (of the depth and the overlay), OVERLAY (whether there is one) and SMOOTHED (whether smooth.frag follows) are
+// defined by the program.
 
 #if SAMPLES > 1
 layout(binding = 2) uniform sampler2DMS depths;
@@ -126,13 +127,6 @@ vec3 ground(vec3 p_eye) {
     return lit_at(albedo, bumped, p_eye, normal);
 }
 
-vec3 sky_with_sun() {
-    vec3 direction = normalize(ray);
-    // the sun's disc, a quarter of a degree in radius
-    float disc = smoothstep(0.99998, 0.999992, dot(direction, frame.sun.xyz));
-    return mix(sky(direction), vec3(1.0, 0.98, 0.92), disc);
-}
-
 #ifdef WATER
 // Distance used for pixels without ground, metres.
 const float kNoGround = 1e8;
@@ -147,7 +141,8 @@ vec3 background(float depth) {
     vec3 shown = shown_at(light, p_eye);
     for (int left = depth == 0.0 && p_eye.z >= level ? 1 : 0; left > 0; --left) {
         vec3 clear = exp(-kAbsorption * min(max(level, 0.0) / max(ray.z, 1e-30) * length(ray), kNoGround));
-        shown = mix(display(through_water(vec3(0.0), kNoGround)), sky_with_sun(), clear);
+        shown = mix(display(through_water(vec3(0.0), kNoGround, vec3(0.0))),
+                    sky_with_sun(normalize(ray)), clear);
     }
     return shown;
 }
@@ -155,7 +150,7 @@ vec3 background(float depth) {
 // Colour of ground or sky (depth 0) at a depth.
 vec3 background(float depth) {
     vec3 p_eye = ray * (frame.near.x / depth);
-    return depth > 0.0 ? shown_at(ground(p_eye), p_eye) : sky_with_sun();
+    return depth > 0.0 ? shown_at(ground(p_eye), p_eye) : sky_with_sun(normalize(ray));
 }
 #endif
 
@@ -189,5 +184,10 @@ void main() {
 #endif
         sum += behind;
     }
-    colour_out = vec4(sum / float(count), 1.0);
+    vec3 colour = sum / float(count);
+#if SMOOTHED
+    colour_out = vec4(colour, dot(colour, vec3(0.299, 0.587, 0.114)));  // luma for smooth.frag
+#else
+    colour_out = vec4(colour, 1.0);
+#endif
 }

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Lighting of a surface with the sun's shadows. CASCADES, the number of shadow maps, is defined if there are any: see
-// shadow_maps.h.
+// shadow_maps.h. PENUMBRA is defined if the edges of shadows are as wide as the sun's disc makes them.
+//
+// Sources (PENUMBRA): R. Fernando. Percentage-Closer Soft Shadows. NVIDIA 2005. J. Isidoro. Shadow Mapping: GPU-based
+//          Tips and Techniques. GDC 2006 (depth along the receiver's plane). H. Vogel. A better way to construct the
+//          sunflower head. Mathematical Biosciences 44, 1979 (samples of a disc).
+// Deviation: a penumbra is at most kMostRadius texels wide to either side.
 
 #ifdef CASCADES
 layout(std140, binding = 2) uniform Shadow {
-    vec4 right;             // xyz: axes of the maps; the third is frame.sun
+    vec4 right;             // xyz: axes of the maps; the third is frame.sun. w: tangent of the sun's angular radius
     vec4 up;
     vec4 places[CASCADES];  // xyz: centre of the map from the eye along the axes, metres, w: 1 / side
     vec4 reach;             // xyz: reach of each cascade from the eye, metres, w: texel size relative to the side
@@ -21,6 +26,61 @@ const float kFilter = 0.5;
 // reach from which it fades to full light.
 const float kBlendFrom = 0.9, kFadeFrom = 0.75;
 
+#ifdef PENUMBRA
+layout(binding = 14) uniform sampler2DArray shadow_depths;  // the same maps without comparison
+
+// Largest radius of the filter, texels: the 4 x 4 texels that are searched for casters surround it.
+const float kMostRadius = 2.0;
+// Least component of a receiver's normal towards the sun for the depth of its plane.
+const float kLeastFacing = 0.1;
+// Samples of the unit disc: the radius of the n-th is sqrt((n + 0.5) / 8), its azimuth n times the golden angle.
+const vec2 kDisc[8] = vec2[](vec2(0.2500, 0.0000), vec2(-0.3193, 0.2925), vec2(0.0489, -0.5569),
+                             vec2(0.4024, 0.5249), vec2(-0.7385, -0.1306), vec2(0.6996, -0.4450),
+                             vec2(-0.2340, 0.8705), vec2(-0.4463, -0.8593));
+
+// Share of sunlight that reaches a point according to one map, 0 to 1.
+float sun_share(vec3 p_eye, vec3 normal, int cascade) {
+    vec4 place = shadow.places[cascade];
+    float texel = shadow.reach.w;
+    vec3 p = p_eye + normal * (kAway * texel / place.w);
+    p = vec3(dot(p, shadow.right.xyz), dot(p, shadow.up.xyz), dot(p, frame.sun.xyz));
+    vec3 at = 0.5 + (p - place.xyz) * place.w;
+    // depth of the receiver's plane per side of the map
+    vec2 slope = -vec2(dot(normal, shadow.right.xyz), dot(normal, shadow.up.xyz)) /
+                 max(dot(normal, frame.sun.xyz), kLeastFacing);
+    float layer = float(cascade);
+    // the 4 x 4 texels around the place, by four bilinear comparisons
+    float share = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        vec2 beside = texel * (vec2(float(i & 1), float(i >> 1)) * 2.0 - 1.0);
+        share += 0.25 * texture(shadow_maps, vec4(at.xy + beside, layer, at.z + dot(slope, beside)));
+    }
+    // a loop instead of a branch: a software rasteriser executes both sides of a branch
+    for (int left = share > 0.0 && share < 1.0 ? 1 : 0; left > 0; --left) {
+        // mean height of the casters among these texels above the receiver's plane
+        ivec2 first = ivec2(floor(at.xy / texel - 0.5)) - 1;
+        float count = 0.0, height = 0.0;
+        for (int i = 0; i < 16; ++i) {
+            ivec2 place = first + ivec2(i & 3, i >> 2);
+            vec2 beside = (vec2(place) + 0.5) * texel - at.xy;
+            // the depth is 1 nearest to the sun
+            float above = texelFetch(shadow_depths, ivec3(place, cascade), 0).x - at.z -
+                          dot(slope, beside);
+            count += above > 0.0 ? 1.0 : 0.0;
+            height += max(above, 0.0);
+        }
+        float radius =
+            clamp(shadow.right.w * height / max(count, 1.0) / texel, kFilter, kMostRadius);
+        share = 0.0;
+        for (int i = 0; i < 8; ++i) {
+            vec2 beside = radius * texel * kDisc[i];
+            share += 0.125 *
+                     texture(shadow_maps, vec4(at.xy + beside, layer, at.z + dot(slope, beside)));
+        }
+    }
+    return share;
+}
+#else
 // Share of sunlight that reaches a point according to one map, 0 to 1.
 float sun_share(vec3 p_eye, vec3 normal, int cascade) {
     vec4 place = shadow.places[cascade];
@@ -34,6 +94,7 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
                    texture(shadow_maps, vec4(at.xy + beside.yx, layer, at.z)) +
                    texture(shadow_maps, vec4(at.xy + beside.yy, layer, at.z)));
 }
+#endif
 
 // Share of sunlight that reaches a point of a surface with a unit normal, 0 to 1.
 float sun_share(vec3 p_eye, vec3 normal) {
@@ -63,5 +124,5 @@ vec3 lit_at(vec3 albedo, vec3 normal, vec3 p_eye, vec3 smooth_normal) {
 #ifdef CASCADES
     towards_sun *= sun_share(p_eye, smooth_normal);
 #endif
-    return lit_from(albedo, towards_sun, normal.z);
+    return lit_from(albedo, towards_sun, normal.z, p_eye);
 }

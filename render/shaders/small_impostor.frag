@@ -13,7 +13,11 @@ flat in float sun_part;
 #ifdef WATER
 in vec3 place_eye;
 #endif
-flat in vec4 air;
+#ifdef ATMOSPHERE
+flat in vec3 place_of, own_light, air_before;
+#else
+flat in vec4 haze;
+#endif
 
 layout(location = 0) out vec4 colour_out;
 
@@ -28,10 +32,16 @@ void main() {
 #ifdef CASCADES
     towards_sun *= sun_part;
 #endif
-    vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object));
+#ifdef ATMOSPHERE
+    vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object), place_of);
+#else
+    vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object), vec3(0.0));
+#endif
 #ifdef WATER
     colour_out = vec4(shown_at(light, place_eye), 1.0);
+#elif defined(ATMOSPHERE)
+    colour_out = vec4(display(own_light * light + air_before), 1.0);
 #else
-    colour_out = vec4(air.rgb + air.a * display(light), 1.0);
+    colour_out = vec4(haze.rgb + haze.a * display(light), 1.0);
 #endif
 }

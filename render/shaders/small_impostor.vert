@@ -22,7 +22,13 @@ flat out float sun_part;   // of the whole billboard
 #ifdef WATER
 out vec3 place_eye;
 #endif
-flat out vec4 air;         // haze: rgb, and the share of the object's own colour
+#ifdef ATMOSPHERE
+flat out vec3 place_of;    // of the object's origin from the eye, metres
+flat out vec3 own_light;   // share of the object's light behind the air
+flat out vec3 air_before;  // light of the air
+#else
+flat out vec4 haze;        // rgb, and the share of the object's own colour
+#endif
 
 const float kTurn = 6.283185307179586;
 const float kSharper = 0.5;
@@ -68,8 +74,14 @@ void main() {
     vec3 middle = place.xyz + rotated(rotation, place.w * centre);
     sun_part = sun_share(middle + frame.sun.xyz * (place.w * length(half_box)), frame.sun.xyz);
 #endif
+#ifdef ATMOSPHERE
+    place_of = place.xyz;
+    own_light = air_share(place.xyz, length(place.xyz));
+    air_before = air_light(place.xyz, length(place.xyz));
+#else
     vec3 black = behind_air(vec3(0.0), place.xyz, length(place.xyz));
     float own = behind_air(vec3(1.0), place.xyz, length(place.xyz)).g - black.g;
-    air = vec4(black, own);
+    haze = vec4(black, own);
+#endif
     gl_Position = frame.clip_from_eye * vec4(p_eye, 1.0);
 }

@@ -46,12 +46,12 @@ void main() {
 #ifdef CASCADES
     sun *= sun_share(p_eye, smooth_normal);
 #endif
-    vec3 light = albedo * (kSunLight * sun * max(dot(normal, frame.sun.xyz), 0.0) +
-                           sky * mix(kGroundLight, kSkyLight, 0.5 + 0.5 * normal.z));
+    vec3 light = albedo * (sun_light(p_eye) * sun * max(dot(normal, frame.sun.xyz), 0.0) +
+                           sky * ambient_light(normal.z));
     float range = 1.0 + distance / kLampRange;
     float lamp = (1.0 - sky) * (0.25 + 0.75 * max(dot(normal, -along), 0.0)) *
                  (0.35 + 0.65 * smoothstep(0.6, 0.95, dot(along, frame.forward.xyz)));
-    light += albedo * vec3(5.2, 4.7, 4.0) * lamp / (range * range);
+    light += albedo * kLampLight * lamp / (range * range);
     // no haze of the open air inside
     colour_out = vec4(mix(display(light), shown_at(light, p_eye), sky), 1.0);
 }

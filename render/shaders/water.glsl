@@ -35,8 +35,8 @@ bool is_hidden(vec3 p_eye) {
 }
 
 // Light of a point attenuated by some metres of water.
-vec3 through_water(vec3 light, float metres) {
-    vec3 deep = kDeepWater * (kSunLight * max(frame.sun.z, 0.0) + kSkyLight);
+vec3 through_water(vec3 light, float metres, vec3 p_eye) {
+    vec3 deep = kDeepWater * level_light(p_eye);
     return mix(deep, light, exp(-kAbsorption * metres));
 }
 
@@ -59,14 +59,19 @@ vec3 water_surface(vec3 light, vec3 p_eye) {
     float reflected = kReflection + (1.0 - kReflection) * grazing2 * grazing2 * grazing;
     vec3 mirrored = reflect(along, normal);
     mirrored.z = abs(mirrored.z);
-    vec3 shown = mix(display(light), sky(mirrored), reflected);
     float glint = pow(max(dot(mirrored, frame.sun.xyz), 0.0), kGlint);
 #ifdef CASCADES
     for (int left = glint > kLeastGlint ? 1 : 0; left > 0; --left)
         glint *= sun_share(p_eye, vec3(0.0, 0.0, 1.0));
 #endif
+#ifdef ATMOSPHERE
+    vec3 seen = mix(light, sky_light(mirrored), reflected) + glint * air.disc.rgb;
+    return shown_behind_air(seen, p_eye, distance);
+#else
+    vec3 shown = mix(display(light), sky(mirrored), reflected);
     shown += glint * (1.0 - shown);
     return behind_air(shown, p_eye, distance);
+#endif
 }
 #endif
 
@@ -77,14 +82,14 @@ vec3 shown_at(vec3 light, vec3 p_eye) {
     float level = frame.near.y;
     if (level >= 0.0) {
         float wet = p_eye.z < level ? distance + level - p_eye.z : level / p_eye.z * distance;
-        return display(through_water(light, wet));
+        return display(through_water(light, wet, p_eye));
     }
-    vec3 shown = behind_air(display(light), p_eye, distance);
+    vec3 shown = shown_behind_air(light, p_eye, distance);
     // a loop instead of a branch: a software rasteriser executes both sides of a branch
     for (int left = p_eye.z < level ? 1 : 0; left > 0; --left)
-        shown = water_surface(through_water(light, way_in_water(p_eye)), level / p_eye.z * p_eye);
+        shown = water_surface(through_water(light, way_in_water(p_eye), p_eye), level / p_eye.z * p_eye);
     return shown;
 #else
-    return behind_air(display(light), p_eye, distance);
+    return shown_behind_air(light, p_eye, distance);
 #endif
 }

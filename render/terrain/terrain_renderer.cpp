@@ -5,6 +5,7 @@
 #include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
 #include "light/shadow_maps.h"
+#include "light/sky_light.h"
 #include "objects/form_draws.h"
 #include "objects/scene_objects.h"
 #include "terrain/ground_draws.h"
@@ -25,7 +26,9 @@ using namespace internal;
 
 constexpr double kMostShadowDistance = 1e6;  // metres
 constexpr double kMostWaterLevel = 1e9;      // metres, up or down
-constexpr double kEndOfExtents = 1e5;        // metres, above all half extents of solids
+constexpr double kMostSunRadius = 0.05;      // radians
+constexpr double kMostStops = 20.0;
+constexpr double kEndOfExtents = 1e5;  // metres, above all half extents of solids
 
 Result<void> check_colour(std::string name, const Colour& colour) {
     for (const float part : {colour.red, colour.green, colour.blue}) {
@@ -57,6 +60,14 @@ Result<void> check(const RendererSettings& settings) {
     if (!(settings.shadow_distance >= 0.0 && settings.shadow_distance <= kMostShadowDistance)) {
         return refuse("shadow_distance must be 0 to 1e6 m, got " +
                       number_text(settings.shadow_distance));
+    }
+    if (!(settings.sun_radius >= 0.0 && settings.sun_radius <= kMostSunRadius)) {
+        return refuse("sun_radius must be 0 to 0.05 radians, got " +
+                      number_text(settings.sun_radius));
+    }
+    if (!(std::abs(settings.exposure_stops) <= kMostStops)) {
+        return refuse("exposure_stops must be -20 to 20, got " +
+                      number_text(settings.exposure_stops));
     }
     if (settings.water_level && !(std::abs(*settings.water_level) <= kMostWaterLevel)) {
         return refuse("water_level must be within 1e9 m, got " +
@@ -128,6 +139,7 @@ struct TerrainRenderer::State {
     GlBuffer frame_uniforms;
     std::optional<ShadowPass> shadows;       // none without shadow_distance
     std::unique_ptr<GroundImagery> imagery;  // null: none
+    std::unique_ptr<SkyLight> sky;           // null without an atmosphere
     GroundDraws draws;
     VolumeDraws solids;
     SceneObjects scene;
@@ -135,11 +147,11 @@ struct TerrainRenderer::State {
     DrawCounts counts;
 
     State(Framebuffer target, GroundShade made_shade, FormDraws made_forms,
-          const std::string& lighting)
+          const std::string& lighting, std::size_t texture_bytes)
         : picture(std::move(target)),
           shade(std::move(made_shade)),
           forms(std::move(made_forms)),
-          scene(picture.sample_count(), lighting) {}
+          scene(picture.sample_count(), lighting, texture_bytes) {}
 
     Result<void> make_programs(const std::string& lighting);
     void make_buffers();
@@ -171,6 +183,7 @@ void TerrainRenderer::State::make_buffers() {
     glNamedBufferStorage(frame_uniforms.name(), sizeof(FrameUniforms), nullptr,
                          GL_DYNAMIC_STORAGE_BIT);
     if (settings.shadow_distance > 0.0) shadows.emplace(settings);
+    if (settings.atmosphere) sky = std::make_unique<SkyLight>(settings);
     if (settings.imagery != nullptr) {
         imagery = std::make_unique<GroundImagery>(settings.imagery, settings.imagery_bytes,
                                                   settings.imagery_waits);
@@ -221,18 +234,20 @@ TerrainRenderer::~TerrainRenderer() = default;
 Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_px, int height_px,
                                                 const RendererSettings& settings) {
     TERRANE_TRY(check(settings));
-    TERRANE_TRY(Framebuffer picture,
-                Framebuffer::create(width_px, height_px, settings.sample_count));
+    TERRANE_TRY(Framebuffer picture, Framebuffer::create(width_px, height_px, settings.sample_count,
+                                                         settings.smooth_edges));
     const bool has_shadows = settings.shadow_distance > 0.0;
     LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
+                              .has_penumbra = settings.sun_radius > 0.0,
+                              .has_atmosphere = settings.atmosphere,
                               .has_water = settings.water_level.has_value()};
     const std::string lighting = light_text(features);
     features.has_imagery = settings.imagery != nullptr;
-    TERRANE_TRY(GroundShade shade,
-                GroundShade::create(picture.sample_count(), light_text(features)));
+    TERRANE_TRY(GroundShade shade, GroundShade::create(picture.sample_count(), light_text(features),
+                                                       picture.is_smoothed()));
     TERRANE_TRY(FormDraws forms, FormDraws::create(lighting, has_shadows));
-    auto state =
-        std::make_unique<State>(std::move(picture), std::move(shade), std::move(forms), lighting);
+    auto state = std::make_unique<State>(std::move(picture), std::move(shade), std::move(forms),
+                                         lighting, settings.texture_bytes);
     state->context = context.keep_alive();
     state->settings = settings;
     if (!context.is_software()) state->timer.emplace();
@@ -277,6 +292,11 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
 
+    if (state.sky) {
+        state.sky->prepare(view.eye_world.z());
+        state.sky->bind();
+    }
+
     if (state.timer) state.timer->begin();
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glEnable(GL_DEPTH_TEST);
@@ -314,6 +334,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                     .objects_drawn = objects.size() + state.scene.object_count(),
                     .triangles = state.scene.triangle_count(),
                     .triangles_culled = state.scene.culled_triangle_count(),
+                    .textures_reduced = state.scene.reduced_texture_count(),
                     .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
                     .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
                     .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
@@ -323,7 +344,13 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
 Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,
                                          std::span<const MeshLevel> levels,
                                          const MeshMaterial& material) {
-    return state_->scene.add_mesh(mesh, levels, material);
+    return state_->scene.add_mesh(mesh, levels, {&material, 1});
+}
+
+Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,
+                                         std::span<const MeshLevel> levels,
+                                         std::span<const MeshMaterial> materials) {
+    return state_->scene.add_mesh(mesh, levels, materials);
 }
 
 void TerrainRenderer::remove_mesh(MeshId mesh) { state_->scene.remove_mesh(mesh); }
@@ -352,7 +379,8 @@ int TerrainRenderer::sample_count() const { return state_->picture.sample_count(
 std::size_t TerrainRenderer::buffer_bytes() const {
     return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes() +
            state_->scene.bytes() + (state_->shadows ? state_->shadows->bytes() : 0) +
-           (state_->imagery ? state_->imagery->bytes() : 0);
+           (state_->imagery ? state_->imagery->bytes() : 0) +
+           (state_->sky ? state_->sky->bytes() : 0);
 }
 
 }  // namespace terrane

@@ -38,6 +38,8 @@ public:
             order = compare(mesh_.texture_coordinates[a], mesh_.texture_coordinates[b]);
         if (order == 0 && !mesh_.colours.empty() && mesh_.colours[a] != mesh_.colours[b])
             order = mesh_.colours[a] < mesh_.colours[b] ? -1 : 1;
+        if (order == 0 && !mesh_.materials.empty() && mesh_.materials[a] != mesh_.materials[b])
+            order = mesh_.materials[a] < mesh_.materials[b] ? -1 : 1;
         return order;
     }
 

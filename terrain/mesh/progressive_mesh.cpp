@@ -65,6 +65,7 @@ Recording::Recording(const TriangleMesh& mesh, const WeldedMesh& welded, Contrac
     finest.normals = permuted(mesh.normals, vertices);
     finest.texture_coordinates = permuted(mesh.texture_coordinates, vertices);
     finest.colours = permuted(mesh.colours, vertices);
+    finest.materials = permuted(mesh.materials, vertices);
     finest.triangles = permuted(welded.corners, triangles);
     for (TriangleMesh::Triangle& t : finest.triangles) {
         for (std::uint32_t& v : t) v = vertex_of[v];
@@ -128,7 +129,7 @@ ContractionRecord record_contractions(const TriangleMesh& mesh, const Progressiv
          .error_ratio = internal::kErrorRatio,
          .may_change_topology = true});
     const SimplifyLevel last = {.triangles = settings.least_triangle_count};
-    if (contractor.contract_to(last) != SimplifyStop::triangle_count) {
+    if (contractor.contract_to(last) != SimplifyStop::triangle_count && !settings.keeps_seams) {
         recorder.allow_all();
         contractor.retry_all();
         contractor.contract_to(last);

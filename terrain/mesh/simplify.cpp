@@ -135,6 +135,7 @@ Result<void> TriangleMesh::validate() const {
     TERRANE_TRY(check_attribute(normals, vertex_count, "normals"));
     TERRANE_TRY(check_attribute(texture_coordinates, vertex_count, "texture_coordinates"));
     TERRANE_TRY(check_attribute(colours, vertex_count, "colours"));
+    TERRANE_TRY(check_attribute(materials, vertex_count, "materials"));
     for (std::size_t i = 0; i < triangles.size(); ++i) {
         for (const std::uint32_t vertex : triangles[i]) {
             if (vertex < vertex_count) continue;

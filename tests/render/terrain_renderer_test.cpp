@@ -71,6 +71,10 @@ TEST_F(TerrainRendererTest, RefusesSettingsOutOfRangeAndNamesThem) {
         refused({.water_level = level}, "water_level");
     for (const double distance : {-1.0, 1.1e6, 1e300, nan, kInfinity})
         refused({.shadow_distance = distance}, "shadow_distance");
+    for (const double radius : {-0.001, 0.06, nan, kInfinity})
+        refused({.sun_radius = radius}, "sun_radius");
+    for (const double stops : {-21.0, 20.5, nan, kInfinity})
+        refused({.exposure_stops = stops}, "exposure_stops");
     for (const int texels : {0, 255, 8193}) {
         refused({.shadow_texels = texels}, "shadow_texels");
         refused({.shadow_texels = texels}, std::to_string(texels));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "program/options.h"
 
+#include "flight/flight_options.h"
 #include "frames/paging_storage.h"
 #include "support/grounds.h"
 #include "support/random.h"
@@ -25,6 +26,23 @@
 
 namespace terrane::tools {
 namespace option_values_test {
+
+TEST(ParseTime, TakesTimesOfIso8601WithAZoneAndNothingElse) {
+    EXPECT_EQ(parse_time("1970-01-01T00:00Z"), 0.0);
+    EXPECT_EQ(parse_time("1970-01-02T00:00:01Z"), 86401.0);
+    EXPECT_EQ(parse_time("2026-06-21T14:30Z"), 1782052200.0);
+    EXPECT_EQ(parse_time("2026-06-21T16:30:00+02:00"), 1782052200.0);
+    EXPECT_EQ(parse_time("2026-06-21T09:00-05:30"), 1782052200.0);
+    EXPECT_TRUE(parse_time("2024-02-29T00:00Z"));
+    for (const char* text :
+         {"", "now", "2026-06-21", "2026-06-21T14:30", "2026-06-21T14:30 Z", "2026-6-21T14:30Z",
+          "2026-+6-21T14:30Z",
+          "2026-02-29T00:00Z", "2026-06-21T24:00Z", "2026-06-21T14:60Z", "2026-06-21T14:30:60Z",
+          "2026-06-21T14:30+2:00", "2026-06-21T14:30+02:00Z", "2026-06-21T14:30+25:00",
+          "1899-12-31T00:00Z", "2101-01-01T00:00Z", "2026-06-21T-1:30Z", "+026-06-21T14:30Z"}) {
+        EXPECT_FALSE(parse_time(text)) << text;
+    }
+}
 
 TEST(ParseNumber, TakesAWholeTextWithAFiniteNumberOrAQuotient) {
     EXPECT_EQ(parse_number("1e3"), 1000.0);

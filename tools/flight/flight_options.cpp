@@ -11,6 +11,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <string_view>
@@ -71,6 +73,22 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
     add_in_range(
         app, "--shadows", options.shadows, 0.0, 1e6,
         "The sun casts shadows of ground and objects up to this distance, metres; 0: none");
+    Look* const look = &options.look;
+    add_choice(
+        app, "--look", {"plain", "full"}, static_cast<std::size_t>(options.look),
+        [look](std::size_t number) { *look = static_cast<Look>(number); },
+        "full: sky, haze and light by scattering in the air, smooth edges, soft shadows; plain: a "
+        "sky of fixed colours");
+    add_place(
+        app, "--sun-deg", options.sun_deg,
+        "Place of the sun, degrees: azimuth clockwise from world y, and elevation; without it "
+        "and --sun-time 309,50")
+        ->type_name("AZ,EL");
+    app.add_option(
+           "--sun-time", options.sun_time,
+           "Time for the sun's place over a raster with a CRS, as 2026-06-21T14:30Z or with "
+           "an offset, as +02:00")
+        ->type_name("TIME");
     app.add_option(
            "--out", options.out,
            "Folder for frames.csv, report.html, and pictures or film where asked for. What an "
@@ -138,6 +156,46 @@ Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
     return follow_track(std::move(track), *terrain.source, settings);
 }
 
+namespace {
+
+// Takes a part of a text off its front if it is like a pattern, in which 0 stands for a digit; appends its numbers.
+bool take_like(std::string_view pattern, std::string_view& text, std::vector<int>& numbers) {
+    if (text.size() < pattern.size()) return false;
+    for (std::size_t i = 0; i < pattern.size(); ++i) {
+        const bool is_digit = text[i] >= '0' && text[i] <= '9';
+        if (pattern[i] == '0' ? !is_digit : text[i] != pattern[i]) return false;
+        if (pattern[i] != '0') continue;
+        if (i == 0 || pattern[i - 1] != '0') numbers.push_back(0);
+        numbers.back() = 10 * numbers.back() + (text[i] - '0');
+    }
+    text.remove_prefix(pattern.size());
+    return true;
+}
+
+}  // namespace
+
+std::optional<double> parse_time(std::string_view text) {
+    std::vector<int> at, seconds, offset;
+    if (!take_like("0000-00-00T00:00", text, at)) return std::nullopt;
+    if (!take_like(":00", text, seconds)) seconds = {0};
+    const int sign = text.starts_with('-') ? -1 : 1;
+    if (text == "Z") {
+        offset = {0, 0};
+    } else if (!take_like(sign < 0 ? "-00:00" : "+00:00", text, offset) || !text.empty()) {
+        return std::nullopt;
+    }
+    const std::chrono::year_month_day date{std::chrono::year(at[0]),
+                                           std::chrono::month(static_cast<unsigned>(at[1])),
+                                           std::chrono::day(static_cast<unsigned>(at[2]))};
+    if (at[0] < 1900 || at[0] > 2100 || !date.ok() || at[3] > 23 || at[4] > 59 || seconds[0] > 59 ||
+        offset[0] > 23 || offset[1] > 59) {
+        return std::nullopt;
+    }
+    const double days = static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count());
+    const int minutes = 60 * (at[3] - sign * offset[0]) + at[4] - sign * offset[1];
+    return 86400.0 * days + 60.0 * minutes + seconds[0];
+}
+
 CommandResult<void> check_pictures(const FlightOptions& options) {
     constexpr std::size_t kMostSamples = 16;
     if (options.samples > kMostSamples) {
@@ -149,6 +207,28 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     }
     if (options.shadows > 0.0 && !options.has_pictures()) {
         return usage_error("--shadows is for pictures: it needs --png or --video");
+    }
+    const std::array<std::pair<bool, const char*>, 3> of_pictures{
+        {{options.look != Look::plain, "--look"},
+         {options.sun_deg.has_value(), "--sun-deg"},
+         {!options.sun_time.empty(), "--sun-time"}}};
+    for (const auto& [is_given, flag] : of_pictures) {
+        if (is_given && !options.has_pictures())
+            return usage_error(fmt::format("{} is for pictures: it needs --png or --video", flag));
+    }
+    if (options.sun_deg && !options.sun_time.empty())
+        return usage_error("--sun-deg and --sun-time exclude each other");
+    if (options.sun_deg &&
+        !(std::abs(options.sun_deg->x()) <= 360.0 && std::abs(options.sun_deg->y()) <= 90.0)) {
+        return usage_error(
+            fmt::format("--sun-deg must be an azimuth within 360 and an elevation within 90 "
+                        "degrees, got {:.10g},{:.10g}",
+                        options.sun_deg->x(), options.sun_deg->y()));
+    }
+    if (!options.sun_time.empty() && !parse_time(options.sun_time)) {
+        return usage_error(fmt::format(
+            "--sun-time must be a time of the years 1900 to 2100, as 2026-06-21T14:30Z, got '{}'",
+            options.sun_time));
     }
     if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));

@@ -15,6 +15,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace terrane::tools {
 
@@ -27,6 +28,12 @@ Result<Track> open_track(const std::string& path, const Terrain& terrain);
 /// CameraPath::create() for a track. An error of the setting `start` names its flag, --start-s.
 Result<CameraPath> follow_track(Track track, const HeightSource& source,
                                 const CameraPathSettings& settings);
+
+/// What pictures show beside shapes and tints.
+enum class Look {
+    plain,  ///< a sky and haze of fixed colours
+    full,   ///< sky, haze and light by scattering in the air, smooth edges, penumbrae
+};
 
 /// Options shared by `fly` and `drive`: terrain, pictures, limits and output.
 struct FlightOptions {
@@ -41,6 +48,10 @@ struct FlightOptions {
     double fov_deg = 60.0;
     std::size_t samples = 0;  ///< per pixel; 0: not given
     double shadows = 0.0;     ///< shadow distance, metres; 0: none
+    Look look = Look::plain;
+    std::optional<WorldVec2> sun_deg =
+        {};                ///< azimuth from world y, clockwise, and elevation of the sun, degrees
+    std::string sun_time;  ///< for the sun's place; "" if not given
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
@@ -62,7 +73,7 @@ struct FlightOptions {
     bool waits_for_clock() const { return realtime || window; }
 };
 
-/// Adds --fps, --size, --fov-deg, --samples, --shadows, --out, --png and --video.
+/// Adds --fps, --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --out, --png and --video.
 ///
 /// @param what the kind of run in help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);
@@ -86,8 +97,12 @@ CameraPathSettings planned_in(const Terrain& terrain, CameraPathSettings setting
 Result<CameraPath> open_path(const std::string& name, const Terrain& terrain,
                              const CameraPathSettings& settings);
 
-/// Fails with exit_usage for pictures without --out, films of odd sizes, --samples out of range, and --samples or
-/// --shadows without pictures.
+/// Seconds since 1970-01-01T00:00Z of a time in ISO 8601 with a date, a time to minutes or seconds, and Z or an offset:
+/// 2026-06-21T14:30Z, 2026-06-21T16:30:00+02:00. Years 1900 to 2100. None for other text.
+std::optional<double> parse_time(std::string_view text);
+
+/// Fails with exit_usage for pictures without --out, films of odd sizes, --samples, --sun-deg or --sun-time out of
+/// range, and flags of pictures without pictures.
 CommandResult<void> check_pictures(const FlightOptions& options);
 
 /// Fails with exit_usage for built-in paths that no vehicle can follow.

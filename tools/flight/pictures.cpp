@@ -4,12 +4,16 @@
 #include "frames/flight_log.h"
 #include "program/progress.h"
 
+#include <terrane/base/text.h>
 #include <terrane/collision/shape_pairs.h>
+#include <terrane/dem/georeference.h>
+#include <terrane/render/sun_position.h>
 
 #include <Eigen/Geometry>
 
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
@@ -186,6 +190,7 @@ void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& st
 
 namespace {
 
+constexpr double kSunRadius = 0.00465;  // angular, radians
 constexpr double kLeastRelief =
     1500.0;  // least height difference of lowest and highest tint, metres
 
@@ -207,6 +212,31 @@ void fit_tints(const Terrain& terrain, RendererSettings& settings) {
     settings.tint_high = std::max(percentile(heights, 0.98), settings.tint_low + kLeastRelief);
 }
 
+// Direction to the sun that the options ask for; the renderer's default without one. Fails as georeference_of(), and
+// with invalid_argument for a place without longitude.
+Result<Eigen::Vector3d> sun_of(const FlightOptions& options, const Terrain& terrain) {
+    if (options.sun_deg) {
+        const double degree = std::numbers::pi / 180.0;
+        return direction_to_sun({options.sun_deg->x() * degree, options.sun_deg->y() * degree});
+    }
+    const std::optional<double> time = parse_time(options.sun_time);
+    if (!time) return RendererSettings().sun_direction;
+    const Result<Georeference> georeference = georeference_of(terrain);
+    if (!georeference) {
+        return fail(ErrorCode::invalid_argument,
+                    "--sun-time needs a raster with a CRS: " + georeference.error().message);
+    }
+    const WorldVec2 place = start_of(terrain);
+    const Eigen::Vector3d lonlat = georeference->lonlat_from_world({place.x(), place.y(), 0.0});
+    const double convergence = georeference->scale_at(place.x(), place.y()).convergence;
+    if (!std::isfinite(lonlat.x()) || !std::isfinite(lonlat.y()) || !std::isfinite(convergence)) {
+        return fail(ErrorCode::invalid_argument, "--sun-time: the place at " +
+                                                     number_text(place.x()) + ", " +
+                                                     number_text(place.y()) + " has no longitude");
+    }
+    return direction_to_sun(sun_position(*time, lonlat.x(), lonlat.y()), convergence);
+}
+
 }  // namespace
 
 FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
@@ -221,6 +251,12 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
                             : context.is_software() ? 1
                                                     : settings.sample_count;
     settings.shadow_distance = options.shadows;
+    TERRANE_TRY(settings.sun_direction, sun_of(options, terrain));
+    if (options.look == Look::full) {
+        settings.atmosphere = true;
+        settings.smooth_edges = true;
+        settings.sun_radius = kSunRadius;
+    }
     settings.water_level = terrain.water_m;
     settings.imagery = terrain.imagery;
     settings.imagery_waits = !options.waits_for_clock();  // films need not keep real time

@@ -5,6 +5,7 @@
 
 #include <terrane/scene/culling.h>
 #include <terrane/terrain/progressive_mesh.h>
+#include <terrane/terrain/texture_shift.h>
 
 #include <algorithm>
 #include <array>
@@ -40,8 +41,44 @@ std::vector<MeshLevel> ObjectLevels::mesh_levels() const {
     return levels;
 }
 
+namespace {
+
+/// Settings for a mesh with textures: its texture coordinates count as the metres that they span, and no level smears
+/// them across a seam.
+ProgressiveSettings textured_settings(const TriangleMesh& mesh) {
+    ProgressiveSettings settings;
+    const Aabb box = bounding_box(mesh.positions);
+    const double size = (box.high - box.low).norm();
+    settings.texture_coordinate_weight =
+        size > 0.0 ? std::min(metres_per_texture_coordinate(mesh) / size, 1e3) : 0.0;
+    settings.keeps_seams = true;
+    return settings;
+}
+
+/// Refines a level until its texture is displaced by at most an error, by bisection of the number of triangles.
+///
+/// @param before number of triangles of the next finer level
+void limit_texture_shift(ProgressiveMesh& progressive, double error_m, std::size_t before) {
+    const auto is_good = [&](std::size_t count) {
+        progressive.set_triangle_count(count);
+        return texture_shift_m(progressive.finest(), progressive.triangles()) <= error_m;
+    };
+    std::size_t few = progressive.triangles().size(), many = before;
+    if (is_good(few)) return;
+    while (many - few > 1 + many / 32) {
+        const std::size_t middle = few + (many - few) / 2;
+        (is_good(middle) ? many : few) = middle;
+    }
+    progressive.set_triangle_count(many);
+}
+
+}  // namespace
+
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
-    TERRANE_TRY(ProgressiveMesh progressive, ProgressiveMesh::create(mesh));
+    const bool has_textures = !mesh.texture_coordinates.empty();
+    TERRANE_TRY(ProgressiveMesh progressive,
+                ProgressiveMesh::create(
+                    mesh, has_textures ? textured_settings(mesh) : ProgressiveSettings()));
     ObjectLevels made;
     made.mesh = progressive.finest();
     if (made.mesh.triangles.empty())
@@ -62,6 +99,7 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
     for (const double error : kLevelErrors) {
         const std::size_t before = made.triangles.back().size();
         progressive.set_error(error * size);
+        if (has_textures) limit_texture_shift(progressive, error * size, before);
         const std::size_t count = progressive.triangles().size();
         if (count == 0 || static_cast<double>(count) > kLeastSaving * static_cast<double>(before))
             continue;
@@ -77,7 +115,8 @@ Result<ObjectLevels> make_levels(const TriangleMesh& mesh) {
         made.model.levels.push_back(
             {.error_m = kImpostorError * size, .triangles = 2, .is_impostor = true});
     }
-    if (made.model.levels[0].triangles >= kLeastContinuous) {
+    // continuous levels are chosen by the error of the shape alone
+    if (made.model.levels[0].triangles >= kLeastContinuous && !has_textures) {
         made.model.continuous = std::make_shared<const ProgressiveMesh>(std::move(progressive));
     }
     made.model.absence_error_m = size;
@@ -157,9 +196,12 @@ tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
     return fail(result.error().code, what + ": " + result.error().message);
 }
 
-/// Uploads a mesh and its impostor to the device.
-Result<void> upload(ObjectLevels& levels, TerrainRenderer& renderer) {
-    TERRANE_TRY(levels.model.mesh, renderer.add_mesh(levels.mesh, levels.mesh_levels()));
+/// Uploads a mesh and its impostor to the device. @param materials empty: plain, one-sided
+Result<void> upload(ObjectLevels& levels, std::span<const MeshMaterial> materials,
+                    TerrainRenderer& renderer) {
+    const MeshMaterial plain;
+    if (materials.empty()) materials = {&plain, 1};
+    TERRANE_TRY(levels.model.mesh, renderer.add_mesh(levels.mesh, levels.mesh_levels(), materials));
     if (!levels.model.impostor) return {};
     TERRANE_TRY(levels.model.impostor, renderer.add_impostor(levels.model.mesh));
     return {};
@@ -181,8 +223,9 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     TERRANE_TRY(Scene scene, Scene::create(of_scene));
     ObjectField field(std::move(scene), settings);
     std::vector<ModelId> models;
-    TERRANE_TRY(const std::vector<ObjectLevels> levels,
-                field.add_models(objects.meshes, objects.files, renderer, models));
+    TERRANE_TRY(
+        const std::vector<ObjectLevels> levels,
+        field.add_models(objects.meshes, objects.materials, objects.files, renderer, models));
     for (const SceneObject& object : objects.objects) {
         const NodePlace place = {object.world_from_object, object.scale};
         const Result<NodeId> node =
@@ -205,16 +248,18 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
 }
 
 // Makes the levels of meshes, uploads them, and adds them to the scene.
-Result<std::vector<ObjectLevels>> ObjectField::add_models(std::span<const TriangleMesh> meshes,
-                                                          std::span<const std::string> files,
-                                                          TerrainRenderer* renderer,
-                                                          std::vector<ModelId>& models_out) {
+Result<std::vector<ObjectLevels>> ObjectField::add_models(
+    std::span<const TriangleMesh> meshes, std::span<const std::vector<MeshMaterial>> materials,
+    std::span<const std::string> files, TerrainRenderer* renderer,
+    std::vector<ModelId>& models_out) {
     std::vector<ObjectLevels> levels;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         Result<ObjectLevels> made = make_levels(meshes[i]);
         if (!made) return about(files[i], made);
         if (renderer != nullptr) {
-            if (const Result<void> uploaded = upload(*made, *renderer); !uploaded)
+            std::span<const MeshMaterial> of_mesh;
+            if (i < materials.size()) of_mesh = materials[i];
+            if (const Result<void> uploaded = upload(*made, of_mesh, *renderer); !uploaded)
                 return about(files[i], uploaded);
         }
         const Result<ModelId> model = scene_.add_model(made->model);
@@ -228,7 +273,7 @@ Result<std::vector<ObjectLevels>> ObjectField::add_models(std::span<const Triang
 Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource& source,
                                     TerrainRenderer* renderer) {
     std::vector<ModelId> models;
-    TERRANE_TRY(add_models(nodes.meshes, nodes.files, renderer, models));
+    TERRANE_TRY(add_models(nodes.meshes, nodes.materials, nodes.files, renderer, models));
     std::vector<NodeId> ids;
     for (const SceneNode& node : nodes.nodes) {
         NodePlace place = node.place;

@@ -41,6 +41,8 @@ struct ObjectLevels {
 /// Makes levels of a mesh: the mesh itself; meshes simplified (ProgressiveMesh) to errors of a thousandth to a
 /// hundredth of its size, into which the levels morph; and an impostor. Levels that save few triangles are omitted. The
 /// error of absence is the mesh's size. A mesh of many triangles also has continuous levels (ObjectModel::continuous).
+/// In a mesh with texture coordinates the errors also limit how far the texture is displaced (texture_shift_m()), seams
+/// are kept, and there are no continuous levels.
 ///
 /// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
 Result<ObjectLevels> make_levels(const TriangleMesh& mesh);
@@ -166,10 +168,10 @@ private:
     };
 
     ObjectField(Scene scene, const ObjectFieldSettings& settings);
-    Result<std::vector<ObjectLevels>> add_models(std::span<const TriangleMesh> meshes,
-                                                 std::span<const std::string> files,
-                                                 TerrainRenderer* renderer,
-                                                 std::vector<ModelId>& models_out);
+    Result<std::vector<ObjectLevels>> add_models(
+        std::span<const TriangleMesh> meshes, std::span<const std::vector<MeshMaterial>> materials,
+        std::span<const std::string> files, TerrainRenderer* renderer,
+        std::vector<ModelId>& models_out);
     void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);

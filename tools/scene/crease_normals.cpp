@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace terrane::tools {
 namespace {
@@ -34,8 +35,11 @@ private:
 };
 
 /// Joins the corners on both sides of each edge that is no crease.
-void join_across_edges(const TriangleMesh& mesh, const std::vector<Eigen::Vector3d>& normals,
-                       double least_cosine, CornerGroups& groups) {
+///
+/// @param places [vertices] the first vertex at the same position
+void join_across_edges(const TriangleMesh& mesh, const std::vector<std::uint32_t>& places,
+                       const std::vector<Eigen::Vector3d>& normals, double least_cosine,
+                       CornerGroups& groups) {
     // An edge of a triangle: its two vertices, the lower one first, and the corners there.
     struct Side {
         std::array<std::uint32_t, 2> vertices;
@@ -45,7 +49,7 @@ void join_across_edges(const TriangleMesh& mesh, const std::vector<Eigen::Vector
     sides.reserve(3 * mesh.triangles.size());
     for (Corner i = 0; i < mesh.triangles.size(); ++i) {
         for (Corner k = 0; k < 3; ++k) {
-            Side side = {{mesh.triangles[i][k], mesh.triangles[i][(k + 1) % 3]},
+            Side side = {{places[mesh.triangles[i][k]], places[mesh.triangles[i][(k + 1) % 3]]},
                          {3 * i + k, 3 * i + (k + 1) % 3}};
             if (side.vertices[0] > side.vertices[1]) {
                 std::swap(side.vertices[0], side.vertices[1]);
@@ -83,33 +87,47 @@ TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine) 
                                         : Eigen::Vector3d(0.0, 0.0, 0.0));
     }
     CornerGroups groups(3 * mesh.triangles.size());
-    join_across_edges(mesh, normals, least_cosine, groups);
+    join_across_edges(mesh, first_at_position(mesh), normals, least_cosine, groups);
 
     TriangleMesh made = mesh;
-    std::vector<Eigen::Vector3d> sums(mesh.positions.size(), Eigen::Vector3d::Zero());
-    std::vector<bool> is_used(mesh.positions.size());
     constexpr std::uint32_t kNone = ~std::uint32_t{0};
-    std::vector<std::uint32_t> vertex_of(3 * mesh.triangles.size(), kNone);  // [first corners]
-    for (Corner corner = 0; corner < vertex_of.size(); ++corner) {
+    // the vertices of a group, one for each of the mesh's vertices there: a list
+    std::vector<std::uint32_t> first_of(3 * mesh.triangles.size(), kNone);  // [first corners]
+    std::vector<std::uint32_t> next(mesh.positions.size(), kNone);          // [vertices made]
+    std::vector<std::uint32_t> source(mesh.positions.size(), kNone), group(source);
+    std::vector<Eigen::Vector3d> sums(first_of.size(), Eigen::Vector3d::Zero());  // [first corners]
+    for (Corner corner = 0; corner < first_of.size(); ++corner) {
         const TriangleMesh::Triangle& triangle = mesh.triangles[corner / 3];
         const std::uint32_t vertex = triangle[corner % 3];
-        std::uint32_t& own = vertex_of[groups.first_of(corner)];
-        if (own == kNone && !is_used[vertex]) {
+        const Corner first = groups.first_of(corner);
+        std::uint32_t own = first_of[first];
+        while (own != kNone && source[own] != vertex) own = next[own];
+        if (own == kNone && source[vertex] == kNone) {
             own = vertex;
-            is_used[vertex] = true;
         } else if (own == kNone) {
             own = static_cast<std::uint32_t>(made.positions.size());
             made.positions.push_back(mesh.positions[vertex]);
             if (!mesh.colours.empty()) made.colours.push_back(mesh.colours[vertex]);
-            sums.emplace_back(Eigen::Vector3d::Zero());
+            if (!mesh.texture_coordinates.empty())
+                made.texture_coordinates.push_back(mesh.texture_coordinates[vertex]);
+            if (!mesh.materials.empty()) made.materials.push_back(mesh.materials[vertex]);
+            next.push_back(kNone);
+            source.push_back(kNone);
+            group.push_back(kNone);
+        }
+        if (source[own] == kNone) {
+            source[own] = vertex;
+            group[own] = first;
+            next[own] = std::exchange(first_of[first], own);
         }
         made.triangles[corner / 3][corner % 3] = own;
         const Eigen::Vector3d& p = mesh.positions[vertex];
-        sums[own] += angle_between(mesh.positions[triangle[(corner + 1) % 3]] - p,
-                                   mesh.positions[triangle[(corner + 2) % 3]] - p) *
-                     normals[corner / 3];
+        sums[first] += angle_between(mesh.positions[triangle[(corner + 1) % 3]] - p,
+                                     mesh.positions[triangle[(corner + 2) % 3]] - p) *
+                       normals[corner / 3];
     }
-    for (const Eigen::Vector3d& sum : sums) {
+    for (const std::uint32_t first : group) {
+        const Eigen::Vector3d sum = first == kNone ? Eigen::Vector3d(0.0, 0.0, 0.0) : sums[first];
         const double size = sum.norm();
         made.normals.push_back(size > 0.0 ? Eigen::Vector3f((sum / size).cast<float>())
                                           : Eigen::Vector3f(0.0f, 0.0f, 1.0f));

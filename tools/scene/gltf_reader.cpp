@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 //
-// Reader of glTF 2.0 (ISO/IEC 12113:2022; its sections are named below): geometry, colours and normals. The JSON is
-// parsed by nlohmann::json. tinygltf 2.7 cannot replace this reader: it drops primitives that it cannot parse, reads
-// beyond the end of a damaged .glb file, and refuses buffers that are longer than they must be.
+// Reader of glTF 2.0 (ISO/IEC 12113:2022; its sections are named below): geometry, colours, normals and materials. The
+// JSON is parsed by nlohmann::json. tinygltf 2.7 cannot replace this reader: it drops primitives that it cannot parse,
+// reads beyond the end of a damaged .glb file, and refuses buffers that are longer than they must be.
 #include "program/json_values.h"
 #include "scene/mesh_files.h"
 
@@ -16,7 +16,9 @@
 #include <deque>
 #include <exception>
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <memory>
 #include <tuple>
 #include <utility>
 
@@ -27,6 +29,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kMostNodeDepth = 256, kMostJsonDepth = 64;
 constexpr std::size_t kMostNumber = std::size_t{1} << 40;  // of a count or an offset
+constexpr double kWhiteInSun = 2.0;                        // see MeshMaterial::emission
 
 tl::unexpected<Error> refuse(const std::string& message) {
     return fail(ErrorCode::bad_data, message);
@@ -206,7 +209,7 @@ std::uint8_t to_display(double value) {
     return to_level(std::pow(std::max(value, 0.0), 1.0 / 2.2));
 }
 
-/// Whether an extension can be ignored, although a file requires it, because it changes nothing that is read.
+/// Whether an extension may be required although it is not read, because it concerns only how surfaces look.
 bool is_of_surface(std::string_view extension) {
     constexpr std::array<std::string_view, 5> kPrefixes = {
         "KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"};
@@ -217,8 +220,12 @@ bool is_of_surface(std::string_view extension) {
 class GltfReader {
 public:
     /// @param binary the second chunk of a .glb file, or empty
-    GltfReader(const Json& root, std::optional<std::string_view> binary, std::string folder)
-        : root_{&root, ""}, binary_(binary), folder_(std::move(folder)) {}
+    GltfReader(const Json& root, std::optional<std::string_view> binary, std::string folder,
+               FileMaterials materials)
+        : root_{&root, ""},
+          binary_(binary),
+          folder_(std::move(folder)),
+          has_materials_(materials == FileMaterials::with) {}
 
     Result<FileMesh> read() {
         TERRANE_TRY(check_version());
@@ -449,6 +456,9 @@ private:
             mesh_.positions.push_back(to_file * points.vector(i));
         TERRANE_TRY(add_normals(primitive, attributes, weights, to_file.linear()));
         TERRANE_TRY(add_colours(primitive, attributes));
+        if (has_materials_) {
+            TERRANE_TRY(add_material(primitive, attributes, points.count));
+        }
 
         TERRANE_TRY(const std::optional<std::size_t> indices, primitive.index("indices"));
         std::vector<std::size_t> corners;
@@ -574,6 +584,217 @@ private:
                                      to_display(colour[2]), to_level(colour[3])});
         }
         return {};
+    }
+
+    /// How a texture uses the texture coordinates: their set, and the transformation of KHR_texture_transform.
+    struct Placing {
+        std::size_t set = 0;
+        double scale_u = 1.0, scale_v = 1.0, rotation = 0.0, offset_u = 0.0, offset_v = 0.0;
+        friend bool operator==(const Placing&, const Placing&) = default;
+    };
+
+    /// A material, and the placing of its textures.
+    struct Surface {
+        std::uint16_t index = 0;  // in mesh_.surfaces
+        Placing placing;
+    };
+
+    /// Sections 3.7.2 and 3.9: the material of a primitive's points, and their texture coordinates.
+    Result<void> add_material(const Part& primitive, const Part& attributes, std::size_t count) {
+        TERRANE_TRY(const std::optional<std::size_t> index, primitive.index("material"));
+        auto found = surfaces_.find(index);
+        if (found == surfaces_.end()) {
+            TERRANE_TRY(const Surface made, make_surface(index));
+            found = surfaces_.emplace(index, made).first;
+        }
+        const Placing& placing = found->second.placing;
+        mesh_.materials.resize(mesh_.positions.size(), found->second.index);
+        const std::string key = fmt::format("TEXCOORD_{}", placing.set);
+        TERRANE_TRY(const std::optional<std::size_t> accessor, attributes.index(key.c_str()));
+        Elements places;
+        if (accessor) {
+            TERRANE_TRY(places, elements(*accessor, 2, 2, count));
+            if (places.count != count)
+                return refuse(fmt::format("{} has {} texture coordinates for {} points",
+                                          primitive.name, places.count, count));
+        } else {
+            places.values.assign(2 * count, 0.0);
+        }
+        const double c = std::cos(placing.rotation), s = std::sin(placing.rotation);
+        for (std::size_t i = 0; i < count; ++i) {
+            const double u = placing.scale_u * places.values[2 * i],
+                         v = placing.scale_v * places.values[2 * i + 1];
+            // v points down in glTF
+            mesh_.texture_coordinates.emplace_back(
+                static_cast<float>(c * u + s * v + placing.offset_u),
+                static_cast<float>(1.0 - (c * v - s * u + placing.offset_v)));
+        }
+        return {};
+    }
+
+    /// Notes why a texture is not drawn.
+    void leave_out(const std::string& texture, const std::string& why) {
+        mesh_.left_out.textures.push_back(fmt::format("{}: {}", texture, why));
+    }
+
+    /// @param index of the material; absent: the default one
+    Result<Surface> make_surface(std::optional<std::size_t> index) {
+        if (mesh_.surfaces.size() > std::numeric_limits<std::uint16_t>::max())
+            return refuse("it has more than 65536 materials");
+        Surface made = {static_cast<std::uint16_t>(mesh_.surfaces.size()), {}};
+        MeshMaterial material;
+        if (index) {
+            TERRANE_TRY(const Part part, item("materials", *index));
+            TERRANE_TRY(made.placing, read_material(part, material));
+        }
+        mesh_.surfaces.push_back(std::move(material));
+        return made;
+    }
+
+    Result<Placing> read_material(const Part& part, MeshMaterial& material) {
+        const Json* const two_sided = part.find("doubleSided");
+        material.is_two_sided = two_sided != nullptr && *two_sided == true;
+        material.metal = 1.0f;  // section 5.22
+        double opacity = 1.0;
+        std::optional<Placing> placing;
+        if (part.find("pbrMetallicRoughness") != nullptr) {
+            TERRANE_TRY(const Part surface, part.object("pbrMetallicRoughness"));
+            TERRANE_TRY(material.roughness, factor(surface, "roughnessFactor", 1.0));
+            TERRANE_TRY(material.metal, factor(surface, "metallicFactor", 1.0));
+            TERRANE_TRY(const std::vector<double> base, surface.numbers("baseColorFactor", 4));
+            if (!base.empty()) opacity = base[3];
+            material.colour_texture = texture_of(surface, "baseColorTexture", placing);
+            material.roughness_metal_texture =
+                texture_of(surface, "metallicRoughnessTexture", placing);
+        }
+        material.normal_texture = texture_of(part, "normalTexture", placing);
+        if (material.normal_texture.image) {
+            TERRANE_TRY(const Part normal, part.object("normalTexture"));
+            TERRANE_TRY(const double scale, number_or(normal, "scale", 1.0));
+            material.normal_scale = static_cast<float>(std::clamp(scale, -1e3, 1e3));
+        }
+        // with a texture of emission the factor alone would light the whole surface
+        if (part.find("emissiveTexture") == nullptr) {
+            TERRANE_TRY(const std::vector<double> emission, part.numbers("emissiveFactor", 3));
+            for (std::size_t k = 0; k < emission.size(); ++k)
+                material.emission[k] =
+                    static_cast<float>(kWhiteInSun * std::clamp(emission[k], 0.0, 1.0));
+        }
+        const Json* const mode = part.find("alphaMode");
+        if (mode != nullptr && *mode == "MASK") {
+            TERRANE_TRY(const double cutoff, number_or(part, "alphaCutoff", 0.5));
+            material.alpha_cutoff = static_cast<float>(std::clamp(cutoff, 0.0, 1.0));
+        } else if (mode != nullptr && *mode == "BLEND" && material.colour_texture.image) {
+            // where the texture has half its opacity
+            material.alpha_cutoff = static_cast<float>(0.5 * std::clamp(opacity, 0.0, 1.0));
+            ++mesh_.left_out.blended;
+        }
+        return placing.value_or(Placing{});
+    }
+
+    static Result<double> number_or(const Part& part, const char* key, double otherwise) {
+        const Json* const found = part.find(key);
+        if (found == nullptr) return otherwise;
+        if (found->is_number()) return found->get<double>();
+        return refuse(fmt::format("{}.{} must be a number, got {}", part.name, key, shown(*found)));
+    }
+
+    static Result<float> factor(const Part& part, const char* key, double otherwise) {
+        TERRANE_TRY(const double value, number_or(part, key, otherwise));
+        return static_cast<float>(value > 0.0 ? std::min(value, 1.0) : 0.0);
+    }
+
+    /// The texture at a key of a material; none if there is no such key, or if it cannot be read: then noted.
+    ///
+    /// @param placing_out that of the material's first texture, which all of its textures must have
+    MaterialTexture texture_of(const Part& material, const char* key,
+                               std::optional<Placing>& placing_out) {
+        if (material.find(key) == nullptr) return {};
+        Placing placing;
+        Result<MaterialTexture> texture = read_texture(material, key, placing);
+        if (!texture) {
+            leave_out(fmt::format("{}.{}", material.name, key), texture.error().message);
+            return {};
+        }
+        if (placing_out.value_or(placing) != placing) {
+            leave_out(fmt::format("{}.{}", material.name, key),
+                      "its coordinates differ from those of the material's first texture");
+            return {};
+        }
+        placing_out = placing;
+        return *std::move(texture);
+    }
+
+    Result<MaterialTexture> read_texture(const Part& material, const char* key,
+                                         Placing& placing_out) {
+        TERRANE_TRY(const Part info, material.object(key));
+        TERRANE_TRY(const std::size_t index, info.number("index"));
+        TERRANE_TRY(placing_out.set, info.number("texCoord", 0));
+        if (const Json* const found = info.extension("KHR_texture_transform"); found != nullptr) {
+            const Part transform{found, info.name + ".extensions.KHR_texture_transform"};
+            if (!found->is_object()) return refuse(transform.name + " must be an object");
+            TERRANE_TRY(const std::vector<double> offset, transform.numbers("offset", 2));
+            TERRANE_TRY(const std::vector<double> scale, transform.numbers("scale", 2));
+            TERRANE_TRY(placing_out.rotation, number_or(transform, "rotation", 0.0));
+            TERRANE_TRY(placing_out.set, transform.number("texCoord", placing_out.set));
+            if (!offset.empty())
+                std::tie(placing_out.offset_u, placing_out.offset_v) = pair(offset);
+            if (!scale.empty()) std::tie(placing_out.scale_u, placing_out.scale_v) = pair(scale);
+        }
+        TERRANE_TRY(const Part texture, item("textures", index));
+        MaterialTexture made;
+        TERRANE_TRY(const std::optional<std::size_t> sampler, texture.index("sampler"));
+        if (sampler) {
+            TERRANE_TRY(const Part wraps, item("samplers", *sampler));
+            TERRANE_TRY(made.wrap_right, wrap_of(wraps, "wrapS"));
+            TERRANE_TRY(made.wrap_up, wrap_of(wraps, "wrapT"));
+        }
+        TERRANE_TRY(const std::size_t source, texture.number("source"));
+        TERRANE_TRY(made.image, image_of(source));
+        return made;
+    }
+
+    static std::pair<double, double> pair(const std::vector<double>& two) {
+        return {two[0], two[1]};
+    }
+
+    static Result<TextureWrap> wrap_of(const Part& sampler, const char* key) {
+        constexpr std::size_t kRepeat = 10497, kClamp = 33071, kMirror = 33648;
+        TERRANE_TRY(const std::size_t wrap, sampler.number(key, kRepeat));
+        if (wrap == kClamp) return TextureWrap::clamp;
+        return wrap == kMirror ? TextureWrap::mirror : TextureWrap::repeat;
+    }
+
+    /// An image, decoded when it is first needed. The message names its file.
+    Result<std::shared_ptr<const TextureImage>> image_of(std::size_t index) {
+        if (const auto known = images_.find(index); known != images_.end()) return known->second;
+        const auto read = [&]() -> Result<std::shared_ptr<const TextureImage>> {
+            TERRANE_TRY(const Part image, item("images", index));
+            const Json* const uri = image.find("uri");
+            std::string name = image.name;
+            if (uri != nullptr && uri->is_string() && !uri->get<std::string>().starts_with("data:"))
+                name = uri->get<std::string>();
+            Result<std::shared_ptr<const TextureImage>> decoded = decode(image);
+            if (decoded) return decoded;
+            return refuse(fmt::format("'{:.60}': {}", name, decoded.error().message));
+        };
+        return images_.emplace(index, read()).first->second;
+    }
+
+    Result<std::shared_ptr<const TextureImage>> decode(const Part& image) {
+        if (const Json* const uri = image.find("uri"); uri != nullptr) {
+            if (!uri->is_string()) return refuse(image.name + ".uri must be a text");
+            TERRANE_TRY(const std::string bytes,
+                        read_uri(image, uri->get_ref<const std::string&>()));
+            return decode_image(bytes);
+        }
+        TERRANE_TRY(const std::size_t index, image.number("bufferView"));
+        TERRANE_TRY(const Part view, item("bufferViews", index));
+        TERRANE_TRY(const std::size_t length, view.number("byteLength"));
+        // as an accessor of `length` bytes
+        const Json bytes_of_view = {{"bufferView", index}};
+        TERRANE_TRY(const auto first, rows({&bytes_of_view, image.name}, length, 1));
+        return decode_image({first.first, length});
     }
 
     /// The numbers of an accessor, section 3.6.2, whose elements have from `least` to `most_width` components.
@@ -726,10 +947,7 @@ private:
             return *std::move(bytes);
         }
         const std::filesystem::path name(percent_decoded(uri));
-        const bool is_below =
-            name.is_relative() && !uri.empty() && uri.find(':') == std::string::npos &&
-            std::ranges::none_of(name, [](const auto& step) { return step == ".."; });
-        if (!is_below) {
+        if (uri.find(':') != std::string::npos || !is_path_below(name)) {
             return refuse(fmt::format(
                 "{}.uri '{:.60}' is not read: buffers must be in the file's folder or below it",
                 buffer.name, uri));
@@ -752,6 +970,9 @@ private:
     std::vector<bool> has_visited_;                    // [nodes]
     FileMesh mesh_;
     bool has_colours_ = false, has_normals_ = true;
+    bool has_materials_;
+    std::map<std::optional<std::size_t>, Surface> surfaces_;  // of those materials that are used
+    std::map<std::size_t, Result<std::shared_ptr<const TextureImage>>> images_;
 };
 
 /// The first two chunks of a .glb file, section 4.4.
@@ -781,7 +1002,8 @@ Result<std::pair<std::string_view, std::optional<std::string_view>>> read_chunks
 
 }  // namespace
 
-Result<FileMesh> parse_gltf(std::string_view bytes, const std::string& folder) {
+Result<FileMesh> parse_gltf(std::string_view bytes, const std::string& folder,
+                            FileMaterials materials) {
     std::pair<std::string_view, std::optional<std::string_view>> chunks = {bytes, std::nullopt};
     if (bytes.starts_with("glTF")) {
         TERRANE_TRY(chunks, read_chunks(bytes));
@@ -791,7 +1013,7 @@ Result<FileMesh> parse_gltf(std::string_view bytes, const std::string& folder) {
         const Json root = Json::parse(chunks.first, [](int depth, Json::parse_event_t, Json&) {
             return depth < kMostJsonDepth;
         });
-        return GltfReader(root, chunks.second, folder).read();
+        return GltfReader(root, chunks.second, folder, materials).read();
     } catch (const std::exception& error) {
         return refuse(fmt::format("it is no glTF file: {}", error.what()));
     }

@@ -3,11 +3,15 @@
 
 #include <terrane/base/math.h>
 #include <terrane/base/result.h>
+#include <terrane/render/material.h>
 #include <terrane/terrain/triangle_mesh.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -25,12 +29,20 @@ struct MeshLosses {
     std::size_t crossing_faces = 0;  ///< polygons that cross themselves: their triangles overlap
     std::size_t lines = 0;           ///< points, lines and curves
     std::size_t skins = 0;           ///< nodes whose mesh is bent by joints: taken as it is stored
+    std::size_t blended = 0;         ///< materials that blend: drawn with an alpha cut
+    std::vector<std::string> textures =
+        {};  ///< what of materials and textures is not drawn, and why
 };
 
 /// The mesh of a file.
 struct FileMesh : TriangleMesh {
     MeshLosses left_out = {};
+    /// Indexed by TriangleMesh::materials. Empty if materials were not asked for, or if the file has none.
+    std::vector<MeshMaterial> surfaces = {};
 };
+
+/// Whether the materials of a file, its texture coordinates and images are read.
+enum class FileMaterials { without, with };
 
 /// Reads a file whose name ends in .ply, .obj, .glb, .gltf or .stl, in any case: positions in the file's order, and
 /// vertex colours if all vertices have one. Of several vertices with equal coordinates triangles use the first, because
@@ -38,7 +50,7 @@ struct FileMesh : TriangleMesh {
 ///
 /// Polygons are triangulated in their plane, concave ones too (split_polygon()). Triangles of which two corners have
 /// one position are dropped. Points, lines and other elements, skins and textures are not read. A note on standard
-/// error counts all of these but textures.
+/// error counts all of these but textures, which read_model() reads.
 ///
 /// Of .glb and .gltf, the meshes of the default scene's nodes are joined, with z up; without a default scene, those of
 /// all scenes. Morph targets have their default weights, instances of EXT_mesh_gpu_instancing are placed. A vertex has
@@ -56,9 +68,52 @@ Result<TriangleMesh> read_mesh(const std::string& path);
 /// of a corner, and its points without a face are dropped. STL has no attributes.
 Result<TriangleMesh> read_mesh_with_attributes(const std::string& path);
 
+/// A mesh with the materials of its file.
+struct MeshModel {
+    TriangleMesh mesh;
+    /// Indexed by TriangleMesh::materials; empty if all materials are plain and one-sided: the colours of the vertices
+    /// are then enough, and there are no texture coordinates.
+    std::vector<MeshMaterial> materials;
+};
+
+/// Reads a file as read_mesh_with_attributes(), with its materials: of .glb and .gltf, sections 3.8 and 3.9 of glTF; of
+/// .obj, `Kd`, `map_Kd`, `norm` and `map_d` of the files that `mtllib` names.
+///
+/// An image that is absent, truncated, too large or of another format is noted on standard error by its name, and the
+/// material is drawn without it.
+///
+/// Fails: as read_mesh()
+Result<MeshModel> read_model(const std::string& path);
+
+/// Largest number of pixels of an image: a file of a few kilobytes may claim 10^9.
+inline constexpr std::uint64_t kMostTexturePixels = std::uint64_t{1} << 26;
+
+/// Decodes a PNG or JPEG image. Its size is checked before its pixels are read. Fails: bad_data; the message does not
+/// name the file.
+Result<std::shared_ptr<const TextureImage>> decode_image(std::string_view bytes);
+/// Reads an image beside a mesh file. Fails: io, or bad_data, also for a name that is_path_below() refuses; the message
+/// does not name the file.
+Result<std::shared_ptr<const TextureImage>> read_image(const std::string& folder,
+                                                       const std::string& name);
+
+/// Reads a Wavefront material file: materials by name. What cannot be read is added to `left_out`.
+std::map<std::string, MeshMaterial> read_mtl(const std::string& folder, const std::string& name,
+                                             MeshLosses& left_out);
+
+/// Whether a path names a file in a folder or below it: files of others must not name any file of the machine.
+bool is_path_below(const std::filesystem::path& name);
+
+/// The text without the spaces, tabs and line ends around it.
+std::string_view trimmed(std::string_view text);
+/// Removes the first word of a text and returns it; empty if there is none. Words are separated by spaces, tabs and
+/// line ends.
+std::string_view read_word(std::string_view& text);
+
 /// Makes corners refer to the first of equal positions, and drops normals and texture coordinates: what read_mesh()
 /// gives for the file that read_mesh_with_attributes() read.
 void join_vertices(TriangleMesh& mesh);
+/// [vertices] the first vertex with the same position.
+std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh);
 
 /// Parses the bytes of a PLY file: ascii, binary_little_endian or binary_big_endian; colours are red, green and blue of
 /// type uchar, or float from 0 to 1. Fails as read_mesh(), but messages do not name the file.
@@ -70,6 +125,10 @@ Result<FileMesh> parse_ply(std::string_view bytes);
 Result<FileMesh> parse_obj(std::string_view text);
 /// Parses an OBJ file with its lines vt and vn: see read_mesh_with_attributes().
 Result<FileMesh> parse_obj_with_attributes(std::string_view text);
+/// Parses an OBJ file with its attributes and materials. A corner without texture coordinates has (0, 0).
+///
+/// @param folder of the file, for its material files and images
+Result<FileMesh> parse_obj_with_materials(std::string_view text, const std::string& folder);
 
 /// Parses the bytes of an STL file, text or binary; its normals and colours are not read. Triangles use the first of
 /// equal points. Fails as read_mesh(), but messages do not name the file.
@@ -77,8 +136,10 @@ Result<FileMesh> parse_stl(std::string_view bytes);
 
 /// Parses the bytes of a .gltf or .glb file, with normals. Fails as read_mesh(), but messages do not name the file.
 ///
-/// @param folder of the file, for its external buffers
-Result<FileMesh> parse_gltf(std::string_view bytes, const std::string& folder);
+/// @param folder    of the file, for its external buffers and images
+/// @param materials with: also texture coordinates and images
+Result<FileMesh> parse_gltf(std::string_view bytes, const std::string& folder,
+                            FileMaterials materials = FileMaterials::without);
 
 /// Reads a file. Fails: io if it cannot be read or has more than 2^30 bytes; the message does not name the file.
 Result<std::string> read_whole_file(const std::string& path);
@@ -100,7 +161,7 @@ Result<void> split_polygon(std::span<const std::int64_t> corners, FileMesh& mesh
 /// triangles, weighted by their angles there. Two corners are in one group if their triangles share an edge at the
 /// vertex, and the angle between their normals is at most a crease angle.
 ///
-/// @param mesh         without normals; equal positions are one vertex, see join_vertices()
+/// @param mesh         without normals; vertices of equal positions are one here, and keep their other attributes
 /// @param least_cosine of the crease angle
 TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine);
 

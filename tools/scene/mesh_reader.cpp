@@ -17,6 +17,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -37,14 +38,21 @@ std::string_view read_line(std::string_view& text) {
     return line;
 }
 
-/// Removes the first word of a text and returns it; empty if there is none. Words are separated by spaces, tabs and
-/// line ends.
+}  // namespace
+
+std::string_view trimmed(std::string_view text) {
+    text.remove_prefix(std::min(text.find_first_not_of(kSpaces), text.size()));
+    return text.substr(0, text.find_last_not_of(kSpaces) + 1);
+}
+
 std::string_view read_word(std::string_view& text) {
     text.remove_prefix(std::min(text.find_first_not_of(kSpaces), text.size()));
     const std::string_view word = text.substr(0, text.find_first_of(kSpaces));
     text.remove_prefix(word.size());
     return word;
 }
+
+namespace {
 
 /// Parses a word as a number, independent of the locale; absent if the word is not a number. A leading + is allowed. As
 /// a floating-point number, "nan" and "inf" are accepted.
@@ -361,7 +369,9 @@ std::optional<Eigen::Vector3d> take_vector(std::string_view& line, int count) {
 /// Reads the lines of an OBJ file. Messages lack the line's number.
 class ObjLines {
 public:
-    explicit ObjLines(bool has_attributes) : has_attributes_(has_attributes) {}
+    /// @param folder of the material files; absent: materials are not read
+    ObjLines(bool has_attributes, std::optional<std::string> folder)
+        : has_attributes_(has_attributes), folder_(std::move(folder)) {}
 
     Result<void> read(std::string_view line) {
         const std::string_view keyword = read_word(line);
@@ -369,6 +379,8 @@ public:
         if (keyword == "f") return add_face(line);
         constexpr std::array<std::string_view, 5> kOthers = {"p", "l", "curv", "curv2", "surf"};
         if (std::ranges::find(kOthers, keyword) != kOthers.end()) ++mesh_.left_out.lines;
+        if (folder_ && keyword == "mtllib") add_library(line);
+        if (folder_ && keyword == "usemtl") return use_material(line);
         if (!has_attributes_ || (keyword != "vt" && keyword != "vn")) return {};
         const int count = keyword == "vt" ? 2 : 3;
         const std::optional<Eigen::Vector3d> vector = take_vector(line, count);
@@ -384,8 +396,24 @@ public:
     }
 
 private:
-    /// The indices, from 0, of a corner's point, texture coordinate and normal; -1 for an attribute that it lacks.
-    using Corner = std::array<std::int64_t, 3>;
+    /// The indices, from 0, of a corner's point, texture coordinate, normal and material; -1 for an attribute that it
+    /// lacks.
+    using Corner = std::array<std::int64_t, 4>;
+
+    /// Reads a material file; its name may contain spaces. Of materials with the same name the first one counts.
+    void add_library(std::string_view line) {
+        library_.merge(read_mtl(*folder_, std::string(trimmed(line)), mesh_.left_out));
+    }
+
+    Result<void> use_material(std::string_view line) {
+        const auto [at, is_new] =
+            material_of_name_.try_emplace(std::string(trimmed(line)), names_.size());
+        if (is_new) names_.push_back(at->first);
+        if (names_.size() > std::numeric_limits<std::uint16_t>::max())
+            return bad("it has more than 65535 materials");
+        material_ = static_cast<std::int64_t>(at->second);
+        return {};
+    }
 
     Result<void> add_point(std::string_view line) {
         const std::optional<Eigen::Vector3d> point = take_vector(line, 3);
@@ -429,7 +457,7 @@ private:
 
     /// Adds the vertex of a corner such as "7/1/3" or "7//3". False if no earlier line defines one of its attributes.
     bool add_vertex(std::string_view word, std::int64_t point) {
-        Corner corner{point, -1, -1};
+        Corner corner{point, -1, -1, material_};
         const std::array<std::size_t, 3> counts{0, texture_.size(), normals_.size()};
         for (std::size_t k = 1; k < 3 && word.find('/') != std::string_view::npos; ++k) {
             word.remove_prefix(word.find('/') + 1);
@@ -452,20 +480,55 @@ private:
         split_.left_out = mesh_.left_out;
         const bool has_texture = std::ranges::none_of(corners_, [](auto& c) { return c[1] < 0; });
         const bool has_normals = std::ranges::none_of(corners_, [](auto& c) { return c[2] < 0; });
+        if (names_.size() > 1) find_materials();
+        const bool has_materials = !split_.surfaces.empty();
+        const bool has_textures = std::ranges::any_of(split_.surfaces, [](const MeshMaterial& m) {
+            return m.colour_texture.image || m.normal_texture.image;
+        });
         for (const Corner& corner : corners_) {
-            const auto [point, texture, normal] = corner;
+            const auto [point, texture, normal, material] = corner;
             const auto at = [](const auto& values, std::int64_t i) {
                 return values[static_cast<std::size_t>(i)];
             };
             split_.positions.push_back(at(mesh_.positions, point));
-            if (!mesh_.colours.empty()) split_.colours.push_back(at(mesh_.colours, point));
-            if (has_texture) split_.texture_coordinates.push_back(at(texture_, texture));
+            if (has_materials) {
+                split_.materials.push_back(static_cast<std::uint16_t>(material));
+                add_colour(point, at(split_.surfaces, material).colour);
+            } else if (!mesh_.colours.empty()) {
+                split_.colours.push_back(at(mesh_.colours, point));
+            }
+            if (has_texture) {
+                split_.texture_coordinates.push_back(at(texture_, texture));
+            } else if (has_textures) {
+                split_.texture_coordinates.push_back(texture < 0 ? Eigen::Vector2f(0.0f, 0.0f)
+                                                                 : at(texture_, texture));
+            }
             if (has_normals) split_.normals.push_back(at(normals_, normal));
         }
         return std::move(split_);
     }
 
+    /// The materials that faces use, in the order of `names_`.
+    void find_materials() {
+        for (const std::string& name : names_) {
+            const auto found = library_.find(name);
+            split_.surfaces.push_back(found == library_.end() ? MeshMaterial() : found->second);
+        }
+    }
+
+    /// Adds the colour of a vertex: its own one times that of its material.
+    void add_colour(std::int64_t point, std::array<std::uint8_t, 3> colour) {
+        std::array<std::uint8_t, 4> made = {colour[0], colour[1], colour[2], 255};
+        if (!mesh_.colours.empty()) {
+            const auto& own = mesh_.colours[static_cast<std::size_t>(point)];
+            for (std::size_t k = 0; k < 3; ++k)
+                made[k] = static_cast<std::uint8_t>((made[k] * own[k] + 127) / 255);
+        }
+        split_.colours.push_back(made);
+    }
+
     bool has_attributes_;
+    std::optional<std::string> folder_;
     FileMesh mesh_;   // without attributes
     FileMesh split_;  // with attributes
     std::vector<Eigen::Vector2f> texture_;
@@ -475,10 +538,15 @@ private:
     std::vector<std::int64_t> points_;         // of the current face
     std::vector<std::uint32_t> vertices_;
     std::vector<TriangleMesh::Triangle> triangles_;  // of the current face, indices of its corners
+    std::map<std::string, MeshMaterial> library_;
+    std::vector<std::string> names_ = {""};  // of materials; the first one is that of faces without
+    std::map<std::string, std::size_t> material_of_name_;
+    std::int64_t material_ = 0;  // of the current face
 };
 
-Result<FileMesh> read_obj(std::string_view text, bool has_attributes) {
-    ObjLines lines(has_attributes);
+Result<FileMesh> read_obj(std::string_view text, bool has_attributes,
+                          std::optional<std::string> folder = {}) {
+    ObjLines lines(has_attributes, std::move(folder));
     std::string joined;
     for (std::size_t number = 1, count = 1; !text.empty(); number += count, count = 1) {
         std::string_view line = read_line(text);
@@ -503,6 +571,10 @@ Result<FileMesh> read_obj(std::string_view text, bool has_attributes) {
 Result<FileMesh> parse_obj(std::string_view text) { return read_obj(text, false); }
 
 Result<FileMesh> parse_obj_with_attributes(std::string_view text) { return read_obj(text, true); }
+
+Result<FileMesh> parse_obj_with_materials(std::string_view text, const std::string& folder) {
+    return read_obj(text, true, folder);
+}
 
 namespace {
 
@@ -607,7 +679,8 @@ namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
 
-/// [vertices] the first vertex with the same position.
+}  // namespace
+
 std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh) {
     const auto less = [&](std::uint32_t a, std::uint32_t b) {
         const Eigen::Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
@@ -624,6 +697,8 @@ std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh) {
     }
     return first;
 }
+
+namespace {
 
 void drop_flat_triangles(FileMesh& mesh) {
     const std::vector<std::uint32_t> first = first_at_position(mesh);
@@ -643,10 +718,13 @@ void print_losses(const std::string& path, const MeshLosses& left_out) {
     add(left_out.crossing_faces, "self-crossing face", "split into triangles that overlap");
     add(left_out.lines, "element", "left out: points, lines or curves");
     add(left_out.skins, "skin", "ignored: joints do not bend the mesh");
+    add(left_out.blended, "material", "cut where its opacity is half, instead of blended");
+    for (const std::string& texture : left_out.textures)
+        parts.push_back(texture + ": drawn in plain colour");
     if (!parts.empty()) print_note(fmt::format("mesh '{}': {}", path, fmt::join(parts, "; ")));
 }
 
-Result<FileMesh> parse_file(const std::string& path, bool has_attributes) {
+Result<FileMesh> parse_file(const std::string& path, bool has_attributes, FileMaterials materials) {
     const std::filesystem::path name(path);
     std::string ending = name.extension().string();
     std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -656,13 +734,17 @@ Result<FileMesh> parse_file(const std::string& path, bool has_attributes) {
     }
     TERRANE_TRY(const std::string bytes, read_whole_file(path));
     if (ending == ".ply") return parse_ply(bytes);
+    const std::string folder = name.parent_path().string();
+    if (ending == ".obj" && materials == FileMaterials::with)
+        return parse_obj_with_materials(bytes, folder);
     if (ending == ".obj") return read_obj(bytes, has_attributes);
     if (ending == ".stl") return parse_stl(bytes);
-    return parse_gltf(bytes, name.parent_path().string());
+    return parse_gltf(bytes, folder, materials);
 }
 
-Result<TriangleMesh> read_file(const std::string& path, bool has_attributes) {
-    Result<FileMesh> mesh = parse_file(path, has_attributes);
+Result<FileMesh> read_file(const std::string& path, bool has_attributes,
+                           FileMaterials materials = FileMaterials::without) {
+    Result<FileMesh> mesh = parse_file(path, has_attributes, materials);
     if (!mesh) {
         return fail(mesh.error().code,
                     fmt::format("cannot read mesh '{}': {}", path, mesh.error().message));
@@ -671,7 +753,44 @@ Result<TriangleMesh> read_file(const std::string& path, bool has_attributes) {
     if (mesh->triangles.empty()) return bad(fmt::format("mesh '{}' has no triangle", path));
     print_losses(path, mesh->left_out);
     if (!has_attributes) join_vertices(*mesh);
-    return TriangleMesh(*std::move(mesh));
+    return mesh;
+}
+
+bool has_texture(const MeshMaterial& material) {
+    return material.colour_texture.image || material.normal_texture.image ||
+           material.roughness_metal_texture.image;
+}
+
+/// Whether a material is drawn by the colours of the vertices alone.
+bool is_plain(const MeshMaterial& material) {
+    const auto& [red, green, blue] = material.emission;
+    return !has_texture(material) && !material.alpha_cutoff && red + green + blue == 0.0f;
+}
+
+/// Joins plain materials, which differ only in the colours of their vertices, and drops what then has no use.
+void join_materials(FileMesh& mesh) {
+    std::vector<std::uint16_t> joined;  // [surfaces] new index
+    std::vector<MeshMaterial> kept;
+    std::array<std::optional<std::uint16_t>, 2> plain;  // one-sided, two-sided
+    for (const MeshMaterial& material : mesh.surfaces) {
+        std::optional<std::uint16_t>& same = plain[material.is_two_sided ? 1 : 0];
+        if (!is_plain(material) || !same) {
+            const auto index = static_cast<std::uint16_t>(kept.size());
+            if (is_plain(material)) same = index;
+            joined.push_back(index);
+            kept.push_back(material);
+        } else {
+            joined.push_back(*same);
+        }
+    }
+    for (std::uint16_t& material : mesh.materials) material = joined[material];
+    mesh.surfaces = std::move(kept);
+    if (std::ranges::none_of(mesh.surfaces, has_texture)) mesh.texture_coordinates.clear();
+    const bool is_default = std::ranges::all_of(mesh.surfaces, [](const MeshMaterial& material) {
+        return is_plain(material) && !material.is_two_sided;
+    });
+    if (is_default) mesh.surfaces.clear();
+    if (mesh.surfaces.size() < 2) mesh.materials.clear();
 }
 
 }  // namespace
@@ -701,10 +820,21 @@ void join_vertices(TriangleMesh& mesh) {
     mesh.texture_coordinates.clear();
 }
 
-Result<TriangleMesh> read_mesh(const std::string& path) { return read_file(path, false); }
+Result<TriangleMesh> read_mesh(const std::string& path) {
+    TERRANE_TRY(FileMesh mesh, read_file(path, false));
+    return TriangleMesh(std::move(mesh));
+}
 
 Result<TriangleMesh> read_mesh_with_attributes(const std::string& path) {
-    return read_file(path, true);
+    TERRANE_TRY(FileMesh mesh, read_file(path, true));
+    return TriangleMesh(std::move(mesh));
+}
+
+Result<MeshModel> read_model(const std::string& path) {
+    TERRANE_TRY(FileMesh mesh, read_file(path, true, FileMaterials::with));
+    join_materials(mesh);
+    std::vector<MeshMaterial> materials = std::move(mesh.surfaces);
+    return MeshModel{TriangleMesh(std::move(mesh)), std::move(materials)};
 }
 
 }  // namespace terrane::tools

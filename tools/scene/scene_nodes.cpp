@@ -269,6 +269,7 @@ private:
             TERRANE_TRY(TriangleMesh mesh, read_primitive(value, kind, path));
             node.content = MeshOfNode{made.meshes.size()};
             made.meshes.push_back(std::move(mesh));
+            made.materials.emplace_back();
             made.files.push_back(path);
             names_.emplace_back();
         } else if (kind == "mesh") {
@@ -295,9 +296,10 @@ private:
         if (!name) return wrong(name.error());
         const auto found = std::ranges::find(names_, std::optional(*name));
         if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
-        Parsed<TriangleMesh> mesh = read_named_mesh(*name);
-        if (!mesh) return wrong(mesh.error());
-        made.meshes.push_back(*std::move(mesh));
+        Parsed<MeshModel> model = read_named_mesh(*name);
+        if (!model) return wrong(model.error());
+        made.meshes.push_back(std::move(model->mesh));
+        made.materials.push_back(std::move(model->materials));
         made.files.push_back(name->file);
         names_.emplace_back(*name);
         return made.meshes.size() - 1;

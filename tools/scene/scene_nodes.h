@@ -3,6 +3,7 @@
 
 #include "program/json_values.h"
 
+#include <terrane/render/material.h>
 #include <terrane/scene/scene_nodes.h>
 #include <terrane/terrain/triangle_mesh.h>
 
@@ -31,9 +32,10 @@ struct SceneNode {
 /// `nodes` of a scene.
 struct SceneNodes {
     std::vector<TriangleMesh> meshes;  ///< with normals
-    std::vector<std::string>
-        files;  ///< [meshes] path of the file, or the node's path for a primitive
-    std::vector<SceneNode> nodes;  ///< parents first
+    /// [meshes] each indexed by TriangleMesh::materials; empty: plain, one-sided.
+    std::vector<std::vector<MeshMaterial>> materials;
+    std::vector<std::string> files;  ///< [meshes] paths; of a primitive the path of its node
+    std::vector<SceneNode> nodes;    ///< parents first
 };
 
 /// Parses `nodes` of a scene: a list of nodes, each with `position`, `rotation`, `scale`, `on_ground`, `children` and

@@ -155,10 +155,10 @@ constexpr double kUsualCrease = 40.0;  // degrees
 /// The mesh with its own normals; without, with smooth ones up to the crease angle.
 TriangleMesh with_normals(TriangleMesh mesh, double crease_deg) {
     if (mesh.normals.empty()) {
-        join_vertices(mesh);
+        // a vertex of a plain mesh has no other attribute that would keep it apart
+        if (mesh.texture_coordinates.empty() && mesh.materials.empty()) join_vertices(mesh);
         return with_crease_normals(mesh, std::cos(crease_deg * kRadiansPerDegree));
     }
-    mesh.texture_coordinates.clear();  // not drawn: their seams would only hinder coarse levels
     for (Eigen::Vector3f& normal : mesh.normals) normal.normalize();
     return mesh;
 }
@@ -180,13 +180,14 @@ Parsed<MeshName> read_mesh_name(const Json& object, const std::string& folder) {
     return name;
 }
 
-Parsed<TriangleMesh> read_named_mesh(const MeshName& name) {
-    Result<TriangleMesh> mesh = read_mesh_with_attributes(name.file);
-    if (!mesh) return wrong("mesh: " + mesh.error().message);
-    if (const Result<void> good = mesh->validate(); !good) {
+Parsed<MeshModel> read_named_mesh(const MeshName& name) {
+    Result<MeshModel> model = read_model(name.file);
+    if (!model) return wrong("mesh: " + model.error().message);
+    if (const Result<void> good = model->mesh.validate(); !good) {
         return wrong(fmt::format("mesh: '{}': {}", name.file, good.error().message));
     }
-    return with_normals(*std::move(mesh), name.crease_deg);
+    model->mesh = with_normals(std::move(model->mesh), name.crease_deg);
+    return *std::move(model);
 }
 
 namespace {
@@ -202,9 +203,10 @@ struct ObjectReader {
         if (!name) return wrong(name.error());
         const auto found = std::ranges::find(mesh_names, *name);
         if (found != mesh_names.end()) return static_cast<std::size_t>(found - mesh_names.begin());
-        Parsed<TriangleMesh> mesh = read_named_mesh(*name);
-        if (!mesh) return wrong(mesh.error());
-        made.meshes.push_back(*std::move(mesh));
+        Parsed<MeshModel> model = read_named_mesh(*name);
+        if (!model) return wrong(model.error());
+        made.meshes.push_back(std::move(model->mesh));
+        made.materials.push_back(std::move(model->materials));
         mesh_names.push_back(*name);
         made.files.push_back(name->file);
         made.names.push_back(name->name);

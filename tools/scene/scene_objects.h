@@ -2,9 +2,11 @@
 #pragma once
 
 #include "program/json_values.h"
+#include "scene/mesh_files.h"
 
 #include <terrane/dem/imagery_raster.h>
 #include <terrane/dem/surface_raster.h>
+#include <terrane/render/material.h>
 #include <terrane/terrain/scatter.h>
 #include <terrane/terrain/triangle_mesh.h>
 
@@ -68,7 +70,7 @@ struct MeshName {
 /// Reads `mesh` and `crease_deg` of an object or node. @param folder base of relative paths
 Parsed<MeshName> read_mesh_name(const nlohmann::ordered_json& object, const std::string& folder);
 /// Reads the file. The mesh has the file's normals, or those of with_crease_normals().
-Parsed<TriangleMesh> read_named_mesh(const MeshName& name);
+Parsed<MeshModel> read_named_mesh(const MeshName& name);
 
 /// An individually placed mesh.
 struct SceneObject {
@@ -91,8 +93,10 @@ struct SceneScatter {
 /// `objects` of a scene.
 struct SceneObjects {
     std::vector<TriangleMesh> meshes;  ///< with normals; vertices of equal positions differ in them
-    std::vector<std::string> files;    ///< [meshes] paths
-    std::vector<std::string> names;    ///< [meshes] names of the files in the scene
+    /// [meshes] each indexed by TriangleMesh::materials; empty, of a mesh or of all: plain, one-sided.
+    std::vector<std::vector<MeshMaterial>> materials;
+    std::vector<std::string> files;  ///< [meshes] paths
+    std::vector<std::string> names;  ///< [meshes] names of the files in the scene
     std::vector<SceneObject> objects;
     std::vector<SceneScatter> scatters;
 };

@@ -3,12 +3,45 @@
 """`objects` of scenes: shared budget, columns of frames.csv, bad values and files."""
 
 import os
+import struct
+import zlib
 
 from program import ROOT, Folder, main, np, run, run_json
 
 PINE = os.path.join(ROOT, "tools", "data", "pine.obj")
 FOREST = [{"scatter": {"mesh": PINE, "per_km2": 3000, "seed": 2}}]
 FLIGHT = ["--path", "straight", "--speed", 30, "--altitude", 40, "--seconds", 0.6, "--fps", 5, "--size", "160x90"]
+
+
+def png(rows):
+    """The bytes of a PNG of rows of (red, green, blue)."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    header = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
+    pixels = b"".join(b"\0" + bytes(sum(map(list, row), [])) for row in rows)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(pixels)) + chunk(b"IEND", b"")
+
+
+def read_png(content):
+    """[rows, columns, 3] of a PNG of 8 bits a colour without interlacing or opacity."""
+    width, height, depth, kind = struct.unpack(">IIBB", content[16:26])
+    assert (depth, kind) == (8, 2)
+    data, at = b"", 8
+    while at < len(content):
+        size, = struct.unpack(">I", content[at:at + 4])
+        if content[at + 4:at + 8] == b"IDAT":
+            data += content[at + 8:at + 8 + size]
+        at += 12 + size
+    rows = np.frombuffer(zlib.decompress(data), np.uint8).reshape(height, 1 + 3 * width).astype(int)
+    pixels = np.zeros((height + 1, width + 1, 3), int)  # with a row above and a column on the left
+    for y, (kind, row) in enumerate(zip(rows[:, 0], rows[:, 1:].reshape(height, width, 3)), 1):
+        for x in range(1, width + 1):
+            left, above, corner = pixels[y, x - 1], pixels[y - 1, x], pixels[y - 1, x - 1]
+            near = [abs(above - corner), abs(left - corner), abs(left + above - 2 * corner)]
+            paeth = np.where((near[0] <= near[1]) & (near[0] <= near[2]), left,
+                             np.where(near[1] <= near[2], above, corner))
+            pixels[y, x] = (row[x - 1] + [0, left, above, (left + above) // 2, paeth][kind]) % 256
+    return pixels[1:, 1:]
 
 
 class Objects(Folder):
@@ -119,6 +152,33 @@ class Objects(Folder):
             with self.subTest(text):
                 self.write("bad.obj", text)
                 self.assert_refused(run("fly", "--scene", scene, *FLIGHT), [1], "bad.obj", word)
+
+    def test_a_flight_shows_the_texture_of_a_mesh_or_names_the_image_that_it_cannot_read(self):
+        # a wall across the way north, red on the left and blue on the right
+        self.write("wall.png", png([[(255, 0, 0), (0, 0, 255)]] * 2))
+        self.write("wall.mtl", "newmtl paint\nKd 1 1 1\nmap_Kd wall.png\n")
+        self.write("wall.obj", "mtllib wall.mtl\nusemtl paint\nv -9 0 0\nv 9 0 0\nv 9 0 9\nv -9 0 9\n"
+                               "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n")
+        path = self.write("path.csv", "time_s,x_m,y_m,z_m\n0,0,-30,4\n1,0,-25,4\n")
+        scene = self.scene([{"mesh": "wall.obj", "position": [0, 0, 0]}], dem=self.flat())
+        flight = ["fly", "--scene", scene, "--path", path, "--seconds", 0.2, "--fps", 5, "--size", "96x64", "--png",
+                  "--out", self.path("out")]
+
+        def sides():
+            colours = read_png(self.read("out/frames/000000.png"))
+            return colours[30, 36:44].mean(axis=0), colours[30, 52:60].mean(axis=0)
+
+        answer = run(*flight)
+        self.assertEqual((answer.returncode, answer.stderr), (0, ""))
+        left, right = sides()
+        self.assertGreater(left[0], right[0] + 60)
+        self.assertGreater(right[2], left[2] + 60)
+        os.remove(self.path("wall.png"))
+        answer = run(*flight)
+        self.assertEqual(answer.returncode, 0)
+        self.assertIn("texture 'wall.png': No such file or directory: drawn in plain colour", answer.stderr)
+        left, right = sides()
+        self.assertLess(abs(left - right).max(), 12)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/render/material.h>
 #include <terrane/render/offscreen.h>
 #include <terrane/scene/culling.h>
 #include <terrane/scene/scene_draws.h>
@@ -23,14 +24,6 @@ struct MeshLevel {
     /// For each vertex of the triangles, by its index, the vertex of the next level that it moves to: see
     /// ProgressiveMesh::geomorph_targets(). Empty: the level does not morph.
     std::span<const std::uint32_t> morph_targets = {};
-};
-
-/// Material of an object's mesh.
-struct MeshMaterial {
-    /// Whether back faces are drawn too, as needed for leaves. Normals of back faces are flipped towards the eye.
-    bool is_two_sided = false;
-    /// Red, green and blue with display gamma, 0 to 255; used if the mesh has no colours.
-    std::array<std::uint8_t, 3> colour{160, 160, 160};
 };
 
 /// Settings of an impostor: views of an object that are rendered in advance.
@@ -74,6 +67,18 @@ struct RendererSettings {
     /// 1.5 * shadow_distance / shadow_texels wide, of the second a quarter of that, of the first a sixteenth. The maps
     /// take 12 bytes * shadow_texels^2.
     int shadow_texels = 1024;
+    /// Angular radius of the sun, radians, 0 to 0.05, that sets the width of the penumbrae of shadows: the real sun has
+    /// 0.00465. A penumbra is at most 4 texels of the shadow map wide. 0: edges as sharp as the texels.
+    double sun_radius = 0.0;
+    /// Whether sky, haze and the colours of light come from the scattering of sunlight in the air, for the sun's
+    /// direction and the eye's altitude (z), instead of fixed colours. `haze_distance` is then that at sea level in
+    /// green light: air alone has 81 km, aerosols account for the rest. `horizon_colour` and `zenith_colour` have no
+    /// effect. The picture is exposed for the light of sun and sky.
+    bool atmosphere = false;
+    /// Correction of the exposure of an atmosphere, powers of two, -20 to 20.
+    double exposure_stops = 0.0;
+    /// Whether a pass smooths the edges of pictures with 1 sample per pixel.
+    bool smooth_edges = false;
     /// Height of still water, metres, within +-1e9; absent: no water. The water covers all lower ground, and extends
     /// beyond the world. It is computed while ground and objects are shaded, without triangles or passes of its own.
     std::optional<double> water_level = {};
@@ -84,6 +89,10 @@ struct RendererSettings {
     std::size_t imagery_bytes = std::size_t{64} << 20;
     /// Whether draw() waits for the imagery that it shows, and shows it without fades: for films and tests only.
     bool imagery_waits = false;
+    /// Limit of device memory for the textures of objects. Beyond it textures lose their finest mipmaps, which halves
+    /// their sides: first those drawn least recently, among these the largest. None becomes smaller than 32 pixels, so
+    /// that very many textures may exceed the limit. They return as soon as they fit again.
+    std::size_t texture_bytes = std::size_t{256} << 20;
 };
 
 /// A solid drawn with the terrain: a part of a vehicle or body.
@@ -109,6 +118,8 @@ struct DrawCounts {
     std::size_t triangles = 0;      ///< of scene objects and particles; excludes the ground
     std::size_t triangles_culled =
         0;  ///< part of `triangles`: in back-facing clusters, not submitted
+    std::size_t textures_reduced =
+        0;  ///< textures of objects without their finest mipmaps, for lack of memory
     std::size_t imagery_squares = 0;   ///< squares on the device
     std::size_t imagery_failures = 0;  ///< squares that the source failed to read since create()
     /// Device time of the most recent draw() whose time has been reported, at most 3 calls ago, milliseconds. Empty
@@ -159,6 +170,14 @@ public:
     ///        morphing level in which a vertex has no target; device_unavailable for OpenGL errors
     Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels = {},
                             const MeshMaterial& material = {});
+    /// Uploads a mesh whose triangles have several materials, and the textures that no other mesh has uploaded.
+    ///
+    /// @param materials indexed by TriangleMesh::materials, at least one
+    ///
+    /// Fails: invalid_argument also for a material that does not exist, a number of a material out of range, and an
+    ///        image whose size does not fit its pixels
+    Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
+                            std::span<const MeshMaterial> materials);
     /// Frees a mesh; no effect for an unknown id. Its impostors stay.
     void remove_mesh(MeshId mesh);
 
@@ -183,8 +202,8 @@ public:
     /// Samples per pixel in use.
     int sample_count() const;
 
-    /// Device memory of chunks (heights and slopes), meshes, impostors, shadow maps and imagery, bytes. Spare memory in
-    /// the buffers of chunks, which grow by doubling, is not counted.
+    /// Device memory of chunks (heights and slopes), meshes, textures, impostors, shadow maps and imagery, bytes. Spare
+    /// memory in the buffers of chunks, which grow by doubling, is not counted.
     std::size_t buffer_bytes() const;
 
 private:

@@ -24,6 +24,9 @@ struct ProgressiveSettings {
     std::vector<std::uint8_t> locked = {};
     /// Recording ends at this number of triangles; saves time if coarser levels are not needed.
     std::size_t least_triangle_count = 0;
+    /// Whether recording ends where only contractions that move seams, or places where seams meet, are left: then no
+    /// triangle has corners of two charts or of two materials.
+    bool keeps_seams = false;
 };
 
 /// A triangle mesh at every level of detail: a sequence of edge contractions that can be applied and undone (Hoppe,
@@ -33,10 +36,11 @@ struct ProgressiveSettings {
 ///
 /// Vertices with the same position form one place; edges where their attributes jump form seams. A place on a seam
 /// moves only along the seam, on both sides at once, so that no level has a gap. Places where seams meet or end are
-/// contracted last, when nothing else is left; their triangles then get the nearest attributes at the target place.
+/// contracted last, when nothing else is left; their triangles then get the nearest attributes at the target place
+/// (ProgressiveSettings::keeps_seams omits this). Materials are an attribute without a weight.
 ///
 /// A component of at most 16 triangles may be reduced to an open sheet (its triangles that face one way) and then
-/// vanish, if that costs least. Any triangle count can therefore be reached; one triangle is kept.
+/// vanish, if that costs least. Without keeps_seams any triangle count can therefore be reached; one triangle is kept.
 ///
 /// Vertices and triangles are in streaming order: a level uses the first vertex_count() vertices and the first
 /// triangles().size() triangles of the finest level, the triangles with vertex indices of its own.

@@ -12,18 +12,21 @@ namespace terrane {
 
 /// An indexed triangle mesh of an object, with vertex attributes.
 ///
-/// A vertex has one position and one value of each attribute. Where an attribute jumps, as at a crease or a seam of
-/// texture coordinates, several vertices have the same position.
+/// A vertex has one position and one value of each attribute. Where an attribute jumps, as at a crease, at a seam of
+/// texture coordinates or between materials, several vertices have the same position.
 struct TriangleMesh {
     /// Three indices of vertices.
     using Triangle = std::array<std::uint32_t, 3>;
 
-    std::vector<Eigen::Vector3d> positions;            ///< metres, in the object's frame
-    std::vector<Eigen::Vector3f> normals;              ///< [positions] unit length, or empty
-    std::vector<Eigen::Vector2f> texture_coordinates;  ///< [positions], or empty
+    std::vector<Eigen::Vector3d> positions;  ///< metres, in the object's frame
+    std::vector<Eigen::Vector3f> normals;    ///< [positions] unit length, or empty
+    /// [positions] right and up, 0 to 1 from the lower left corner of an image to its upper right one; or empty.
+    std::vector<Eigen::Vector2f> texture_coordinates;
     /// [positions] red, green, blue, opacity with display gamma, or empty.
     std::vector<std::array<std::uint8_t, 4>> colours;
     std::vector<Triangle> triangles;  ///< indices of positions; counter-clockwise from outside
+    /// [positions] index of the material, or empty: 0. A triangle has the material of its first vertex.
+    std::vector<std::uint16_t> materials = {};
 
     /// Open surfaces, non-manifold edges, unused vertices, triangles without area or with a repeated vertex are valid.
     ///
