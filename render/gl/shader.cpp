@@ -54,8 +54,13 @@ std::string light_text(const LightFeatures& features) {
     if (features.has_atmosphere) text += "#define ATMOSPHERE\n";
     if (features.has_water) text += "#define WATER\n";
     text += std::string(features.has_atmosphere ? atmosphere_glsl : haze_glsl);
+    if (features.has_water && features.has_waves) text += "#define WAVES\n";
     text += std::string(shadow_glsl) + std::string(water_glsl);
     if (features.has_imagery) text += "#define IMAGERY\n" + std::string(imagery_glsl);
+    if (features.anisotropy > 0) {
+        text += "#define MATERIALS\n#define ANISOTROPY " + std::to_string(features.anisotropy) +
+                "\n" + std::string(ground_material_glsl);
+    }
     return text;
 }
 

@@ -27,6 +27,7 @@ extern const std::string_view particle_vert, particle_frag;
 extern const std::string_view texture_glsl, textured_frag;
 extern const std::string_view shadow_glsl, water_glsl, imagery_glsl, mesh_shadow_frag;
 extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
+extern const std::string_view ground_material_glsl;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {
@@ -34,10 +35,12 @@ struct LightFeatures {
     bool has_penumbra = false;    ///< whether the edges of shadows follow the sun's angular radius
     bool has_atmosphere = false;  ///< atmosphere.glsl in place of haze.glsl
     bool has_water = false;
+    bool has_waves = false;    ///< whether the water moves
     bool has_imagery = false;  ///< whether the ground has imagery; for shade.frag
+    int anisotropy = 0;        ///< of the ground's materials, for shade.frag; 0: no materials
 };
 /// Text to prepend to a shader that calls lit_at() or shown_at(): haze.glsl or atmosphere.glsl, shadow.glsl, water.glsl
-/// and, if there is imagery, imagery.glsl, with the macros that select the features.
+/// and, if the ground has them, imagery.glsl and ground_material.glsl, with the macros that select the features.
 std::string light_text(const LightFeatures& features);
 
 /// Compiles and links a program; light.glsl is prepended to both stages.

@@ -44,6 +44,10 @@ constexpr double kNearShare = 0.1;
 // Periods of the ground noise, metres. The coarse noise is rotated by (3, 4), which divides its period by 5.
 constexpr double kFineNoise = 56.0;
 constexpr double kCoarseNoise = 5.0 * 1900.0;
+// Height by which moving water covers ground at its level, as the sea of a raster is, metres.
+constexpr double kSeaRise = 0.05;
+// Movement of the two layers of waves, periods of their noise per second.
+constexpr std::array<double, 4> kWaveSpeeds{0.046, 0.035, -0.043, 0.075};
 
 FrameUniforms::Vec4 pack(const Eigen::Vector3d& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), 0.0f};
@@ -66,7 +70,7 @@ float fraction(double value) { return static_cast<float>(value - std::floor(valu
 }  // namespace
 
 FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattice& lattice,
-                                  const View& view, const EyeFrame& eye) {
+                                  const View& view, const EyeFrame& eye, double time) {
     const double half_height = std::tan(0.5 * view.vertical_fov);
     const double half_width = half_height * view.width_px / view.height_px;
     const Eigen::Vector3d right = view.right();
@@ -106,7 +110,12 @@ FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattic
     frame.noise_phase = {fraction(fine * x), fraction(fine * y),
                          fraction(coarse * (3.0 * x + 4.0 * y)),
                          fraction(coarse * (3.0 * y - 4.0 * x))};
-    const double water = settings.water_level ? *settings.water_level - view.eye_world.z() : 0.0;
+    double water = settings.water_level ? *settings.water_level - view.eye_world.z() : 0.0;
+    if (settings.has_waves) {
+        water += kSeaRise;
+        for (std::size_t i = 0; i < kWaveSpeeds.size(); ++i)
+            frame.waves[i] = fraction(time * kWaveSpeeds[i]);
+    }
     frame.near = {frame.clip_from_eye[14], static_cast<float>(water), 0.0f, 0.0f};
     return frame;
 }

@@ -49,12 +49,15 @@ struct FrameUniforms {
     Vec4 tint{};
     Vec4 noise_phase{};
     Vec4 near{};
+    Vec4 waves{};
 };
-static_assert(sizeof(FrameUniforms) == 64 + 12 * 16);
+static_assert(sizeof(FrameUniforms) == 64 + 13 * 16);
 
 /// The uniforms of a view. Depth is reversed (1 near, 0 infinitely far), which keeps the relative precision of float
 /// depth from centimetres to the horizon.
+///
+/// @param time of the waves, seconds
 FrameUniforms make_frame_uniforms(const RendererSettings& settings, const Lattice& lattice,
-                                  const View& view, const EyeFrame& eye);
+                                  const View& view, const EyeFrame& eye, double time = 0.0);
 
 }  // namespace terrane::internal

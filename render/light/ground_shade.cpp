@@ -99,16 +99,18 @@ namespace {
 constexpr std::size_t kFirstLayers = 32;  // 4.4 MB
 constexpr int kMostLayers = 2048;         // 278 MB; every device supports this many
 constexpr std::size_t kLevels = 25;
-constexpr std::size_t kSlopeBytes =
-    sizeof(std::int16_t) * 2 * std::size_t{kSlopeMapWidth} * kSlopeMapHeight;
+constexpr std::size_t kSlopeTexels = std::size_t{kSlopeMapWidth} * kSlopeMapHeight;
 constexpr int kNodesAlong = 3;
+// Baseline of the bends by which the ground's materials know hollows, metres; 128 of the finest spacings, if these are
+// smaller than a metre.
+constexpr double kBroadBaseline = 128.0;
 
 // The uniform block `Light` of shade.frag, in its std140 layout.
 struct LightBlock {
     float root_spacing = 1.0f;
     std::int32_t finest_level = 0;
     std::int32_t mask = 0;
-    std::int32_t padding = 0;
+    std::int32_t broad_level = 0;
     std::array<std::array<float, 4>, kLevels> levels{};
 };
 static_assert(sizeof(LightBlock) == 16 + 16 * kLevels);
@@ -140,7 +142,8 @@ int most_layers() {
 
 }  // namespace
 
-GroundLight::GroundLight() : levels_(most_layers()), table_(make_texture_buffer()) {
+GroundLight::GroundLight(bool has_bends)
+    : has_bends_(has_bends), levels_(most_layers()), table_(make_texture_buffer()) {
     hold_layers(kFirstLayers);
 }
 
@@ -150,16 +153,24 @@ void GroundLight::hold_layers(std::size_t count) {
     const std::size_t capacity = std::min<std::size_t>(std::bit_ceil(std::max(count, kFirstLayers)),
                                                        static_cast<std::size_t>(most_layers()));
     GlTexture slopes = make_layers(GL_RG16_SNORM, kSlopeMapWidth, kSlopeMapHeight, capacity);
+    GlTexture bends;
+    if (has_bends_) bends = make_layers(GL_R16_SNORM, kSlopeMapWidth, kSlopeMapHeight, capacity);
     GlTexture nodes = make_layers(GL_RG32F, kNodesAlong, kNodesAlong, capacity);
     if (!layers_.empty()) {
         const auto layer_count = static_cast<GLsizei>(layers_.size());
         glCopyImageSubData(slopes_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, slopes.name(),
                            GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight,
                            layer_count);
+        if (has_bends_) {
+            glCopyImageSubData(bends_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, bends.name(),
+                               GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kSlopeMapWidth, kSlopeMapHeight,
+                               layer_count);
+        }
         glCopyImageSubData(nodes_.name(), GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, nodes.name(),
                            GL_TEXTURE_2D_ARRAY, 0, 0, 0, 0, kNodesAlong, kNodesAlong, layer_count);
     }
     slopes_ = std::move(slopes);
+    bends_ = std::move(bends);
     nodes_ = std::move(nodes);
     layers_.resize(capacity);
 }
@@ -188,6 +199,14 @@ void GroundLight::upload(const ResidentSet& resident) {
             const std::vector<std::int16_t> map = make_slope_map(resident, *lit.chunk, side_levels);
             glTextureSubImage3D(slopes_.name(), 0, 0, 0, lit.layer, kSlopeMapWidth, kSlopeMapHeight,
                                 1, GL_RG, GL_SHORT, map.data());
+            if (has_bends_) {
+                glPixelStorei(GL_UNPACK_ALIGNMENT, 2);
+                const std::vector<std::int16_t> bends =
+                    make_bend_map(resident, *lit.chunk, side_levels);
+                glTextureSubImage3D(bends_.name(), 0, 0, 0, lit.layer, kSlopeMapWidth,
+                                    kSlopeMapHeight, 1, GL_RED, GL_SHORT, bends.data());
+                glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+            }
             layer.nodes[0].level = -1.0f;  // invalid: the nodes are those of another chunk
         }
         if (layer.nodes == lit.nodes) continue;
@@ -210,6 +229,9 @@ Result<void> GroundLight::write_table(const Lattice& lattice, const EyeFrame& ey
     block.root_spacing = static_cast<float>(lattice.level_spacing(0));
     block.finest_level = lattice.finest_level;
     block.mask = table.mask();
+    const double broad = std::log2(lattice.level_spacing(0) / kBroadBaseline);
+    block.broad_level =
+        std::max(static_cast<int>(std::lround(broad)), lattice.finest_level - (kSlopeLayers - 1));
     std::array<LatticePoint, kLevels> eye_chunk{};
     for (int level = 0; level <= lattice.finest_level; ++level) {
         const auto at = static_cast<std::size_t>(level);
@@ -239,15 +261,19 @@ void GroundLight::bind() const {
     glBindTextureUnit(4, nodes_.name());
     glBindBufferRange(GL_UNIFORM_BUFFER, 1, stream_.name(), 0, sizeof(LightBlock));
     glBindTextureUnit(5, table_.name());
+    if (has_bends_) glBindTextureUnit(13, bends_.name());
 }
 
 void GroundLight::finish() { stream_.end(); }
 
-std::size_t GroundLight::bytes() const { return kSlopeBytes * levels_.layer_count(); }
+std::size_t GroundLight::bytes() const {
+    return sizeof(std::int16_t) * (has_bends_ ? 3 : 2) * kSlopeTexels * levels_.layer_count();
+}
 
 Result<GroundShade> GroundShade::create(int sample_count, const std::string& lighting,
-                                        bool is_smoothed) {
+                                        bool is_smoothed, bool has_bends) {
     GroundShade made;
+    made.light_ = std::make_unique<GroundLight>(has_bends);
     for (const bool has_overlay : {false, true}) {
         const std::string defines = "#define SAMPLES " + std::to_string(sample_count) +
                                     "\n#define OVERLAY " + (has_overlay ? "1" : "0") +

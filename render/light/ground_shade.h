@@ -18,18 +18,19 @@ namespace terrane::internal {
 /// hold its slope map and its nodes. A hash table maps the level and position of a chunk to its layer.
 class GroundLight {
 public:
-    GroundLight();
+    /// @param has_bends whether chunks have bend maps too, which the ground's materials need
+    explicit GroundLight(bool has_bends);
 
     /// Call once a frame, before bind(). Fails with device_unavailable if the device is out of memory.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye);
 
-    /// Binds slopes, nodes and table to texture units 0, 4 and 5, and the uniform block to binding 1.
+    /// Binds slopes, nodes, table and bends to texture units 0, 4, 5 and 13, and the uniform block to binding 1.
     void bind() const;
     /// Call after the frame's last command that reads the table or the uniform block.
     void finish();
 
-    /// Bytes of the slope maps of resident chunks.
+    /// Bytes of the slope and bend maps of resident chunks.
     std::size_t bytes() const;
     const LightLevels& levels() const { return levels_; }
 
@@ -44,9 +45,10 @@ private:
     void upload(const ResidentSet& resident);
     Result<void> write_table(const Lattice& lattice, const EyeFrame& eye);
 
+    bool has_bends_;
     LightLevels levels_;
     std::vector<Layer> layers_;
-    GlTexture slopes_, nodes_, table_;
+    GlTexture slopes_, bends_, nodes_, table_;
     StreamBuffer stream_;
 };
 
@@ -56,11 +58,12 @@ public:
     /// @param sample_count of the framebuffers passed to draw()
     /// @param lighting     text prepended to shade.frag: defines lit_at() and shown_at()
     /// @param is_smoothed  of the framebuffers passed to draw()
+    /// @param has_bends    whether `lighting` has materials
     ///
     /// Fails with device_unavailable if its shaders do not compile.
     static Result<GroundShade> create(int sample_count,
                                       const std::string& lighting = light_text({}),
-                                      bool is_smoothed = false);
+                                      bool is_smoothed = false, bool has_bends = false);
 
     /// Call before draw() if the frame has ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
@@ -82,7 +85,7 @@ public:
 private:
     GroundShade() = default;
 
-    std::unique_ptr<GroundLight> light_ = std::make_unique<GroundLight>();
+    std::unique_ptr<GroundLight> light_;
     GlProgram plain_, with_overlay_, smoothing_;
     GlTexture noise_;
     GlVertexArray no_layout_;

@@ -69,6 +69,13 @@ double rise(std::int32_t middle, std::optional<std::int32_t> before,
     return width == 0 ? 0.0 : (last - first) / width;
 }
 
+// Mean of the heights before and after the middle, minus that of the middle, quanta; 0 if one of them is absent.
+double sag(std::int32_t middle, std::optional<std::int32_t> before,
+           std::optional<std::int32_t> after) {
+    if (!before || !after) return 0.0;
+    return 0.5 * (static_cast<double>(*before) + static_cast<double>(*after)) - middle;
+}
+
 std::int16_t to_signed_16(double component) {
     return static_cast<std::int16_t>(std::lround(component * 32767.0));
 }
@@ -111,6 +118,31 @@ std::vector<std::int16_t> make_slope_map(const ResidentSet& resident, const Chun
                 const double scale = 1.0 / std::sqrt(east * east + north * north + 1.0);
                 map[out++] = to_signed_16(-east * scale);
                 map[out++] = to_signed_16(-north * scale);
+            }
+        }
+    }
+    return map;
+}
+
+std::vector<std::int16_t> make_bend_map(const ResidentSet& resident, const Chunk& chunk,
+                                        const SideLevels& side_levels) {
+    const Heights heights(resident, chunk, side_levels);
+    const Lattice& lattice = resident.lattice();
+    const double per_sag =
+        0.5 * lattice.quantum / (lattice.spacing * static_cast<double>(chunk.step));
+    std::vector<std::int16_t> map(std::size_t{kSlopeMapWidth} * kSlopeMapHeight, 0);
+    for (int layer = 0; layer < kSlopeLayers; ++layer) {
+        const int baseline = 1 << layer;
+        for (int row = 0; row <= kChunkCells; row += baseline) {
+            std::size_t out = std::size_t{kSlopeMapWidth} *
+                              static_cast<std::size_t>(slope_layer_row(layer) + row / baseline);
+            for (int column = 0; column <= kChunkCells; column += baseline) {
+                const std::int32_t middle = chunk.heights[sample_index(column, row)];
+                const double sags = sag(middle, heights.at(column - baseline, row),
+                                        heights.at(column + baseline, row)) +
+                                    sag(middle, heights.at(column, row - baseline),
+                                        heights.at(column, row + baseline));
+                map[out++] = to_signed_16(std::clamp(per_sag / baseline * sags, -1.0, 1.0));
             }
         }
     }

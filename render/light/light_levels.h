@@ -43,6 +43,14 @@ SideLevels find_side_levels(const ResidentSet& resident, const ChunkKey& key);
 std::vector<std::int16_t> make_slope_map(const ResidentSet& resident, const Chunk& chunk,
                                          const SideLevels& side_levels);
 
+/// The bends of a chunk's ground, in the layout of a slope map, scaled by 32767: [kSlopeMapHeight * kSlopeMapWidth].
+///
+/// A bend is the mean of the four samples one baseline away minus the sample, over the baseline: above 0 in hollows, a
+/// curvature times a length, hence comparable at all baselines. It is clamped to -1 to 1, and is as free of seams as
+/// slopes are. An axis on which a neighbour is absent does not bend.
+std::vector<std::int16_t> make_bend_map(const ResidentSet& resident, const Chunk& chunk,
+                                        const SideLevels& side_levels);
+
 /// The light level at one of the nine nodes of a chunk: corners, midpoints of sides, and centre.
 struct LightNode {
     float level = 0.0f;  ///< contributions of all levels up to the chunk's, 0 to that level

@@ -17,6 +17,7 @@ layout(std140, binding = 0) uniform Frame {
     vec4 tint;  // x low, y 1 / (high - low), z, w: repeats of fine and coarse noise per metre
     vec4 noise_phase;  // xy: phase of the fine noise at the eye, zw: of the coarse noise, 0 to 1
     vec4 near;  // x: distance of the near plane along forward, y: the water's level above the eye, metres
+    vec4 waves;  // phases of two layers of waves, 0 to 1
 } frame;
 
 // Positions on the lattice are computed in integers with a single rounding, from the integers of the point and the eye

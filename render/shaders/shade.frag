@@ -17,6 +17,10 @@ layout(binding = 0) uniform sampler2DArray slopes;  // see light_levels.h
 layout(binding = 1) uniform sampler2D noise;        // see ground_shade.cpp
 layout(binding = 4) uniform sampler2DArray nodes;   // x: level, y: share of the chunk's own level; see light_levels.h
 
+#ifdef MATERIALS
+layout(binding = 13) uniform sampler2DArray bends;  // in the layout of slopes
+#endif
+
 layout(binding = 5) uniform isamplerBuffer table;  // xy: chunk relative to the eye's, z: its
                                                    // level (-1: free), w: layer of slopes and nodes
 
@@ -25,7 +29,7 @@ layout(std140, binding = 1) uniform Light {
     float root_spacing;
     int finest_level;
     int table_mask;
-    int padding;
+    int broad_level;  // whose layer 0 has the bends over about 128 m
     vec4 levels[25];  // xy: position of the eye in its chunk of the level, 0 to 1, z: 1 / side, 1/m
 } light;
 
@@ -42,15 +46,20 @@ const float kNoiseTexels = 256.0;
 const float kOneSurface = 1.06;
 const float kOnePlane = 0.004;
 
-vec2 slope_at(vec2 cell, int layer, float map) {
+// Place in the maps of a chunk.
+vec3 place_in_map(vec2 cell, int layer, float map) {
     float row = float(256 - (256 >> layer) + layer);
     vec2 texel = cell / float(1 << layer) + vec2(0.5, row + 0.5);
-    return textureLod(slopes, vec3(texel / vec2(129.0, 263.0), map), 0.0).xy;
+    return vec3(texel / vec2(129.0, 263.0), map);
+}
+vec2 slope_at(vec2 cell, int layer, float map) {
+    return textureLod(slopes, place_in_map(cell, layer, map), 0.0).xy;
 }
 
 // Normal of the ground at a baseline of one pixel, as far as samples exist. Depends only on position, distance and
 // direction.
-vec3 ground_normal(vec3 p_eye, float pixel_m) {
+// lie: of the ground over fixed baselines, x: steepness over about 16 m, y: bend over about 128 m; 0 without materials
+vec3 ground_normal(vec3 p_eye, float pixel_m, out vec2 lie) {
     float wanted = log2(light.root_spacing / pixel_m);
     int level = clamp(int(ceil(wanted)), 0, light.finest_level);
     int map = -1;
@@ -73,30 +82,75 @@ vec3 ground_normal(vec3 p_eye, float pixel_m) {
     vec2 slope = mix(slope_at(cell, layer, float(map)), slope_at(cell, layer + 1, float(map)),
                      coarser - float(layer));
     if (map < 0) slope = vec2(0.0);
+    lie = vec2(0.0);
+#ifdef MATERIALS
+    int broad = level - light.broad_level;
+    vec2 wide = slope_at(cell, clamp(broad - 3, 0, kLastLayer), float(map));
+    lie.x = 1.0 - sqrt(max(1.0 - dot(wide, wide), 0.0));
+    lie.y = textureLod(bends, place_in_map(cell, clamp(broad, 0, kLastLayer), float(map)), 0.0).x;
+    if (map < 0) lie = vec2(0.0);
+#endif
     return vec3(slope, sqrt(max(1.0 - dot(slope, slope), 0.0)));
 }
 
+// Height above the origin, metres.
+float height_of(vec3 p_eye) {
+    float eye_m = (float(frame.eye_height.x) * 65536.0 + float(frame.eye_height.y)) * frame.grid.y;
+    return eye_m + frame.remainder.z + p_eye.z;
+}
+
+#ifdef MATERIALS
+// Light reflected by the ground.
+vec3 ground(vec3 p_eye) {
+    GroundPoint at;
+    at.p_eye = p_eye;
+    float distance = length(p_eye);
+    at.along = p_eye / distance;
+    at.pixel_m = distance * frame.grid.w;
+    float footprint = at.pixel_m * inversesqrt(max(abs(at.along.z), 0.10));
+    at.normal = ground_normal(p_eye, footprint, at.lie);
+    at.height_m = height_of(p_eye);
+#ifdef WATER
+    at.above_water_m = p_eye.z - frame.near.y;
+#else
+    at.above_water_m = 1e9;
+#endif
+    GroundSurface surface = ground_surface(at);
+#ifdef IMAGERY
+    vec4 draped = imagery_at(p_eye, footprint);
+    vec3 draped_albedo = albedo_of(draped.rgb / max(draped.a, 1.0 / 255.0));
+    // the materials' detail replaces that finer than the texels
+    float detail = smoothstep(-1.0, 3.0, log2(imagery.texel / at.pixel_m));
+    draped_albedo *= mix(1.0, surface.tone, 0.8 * detail);
+    vec3 blended = mix(sqrt(surface.albedo), sqrt(draped_albedo), draped.a);
+    surface.albedo = draped.a > 0.0 ? blended * blended : surface.albedo;
+#endif
+#ifdef WAVES
+    extra_depth = sea_depth(p_eye, at.normal);
+#endif
+    return lit_at(rough_albedo(surface, at.along), surface.normal, p_eye, at.normal);
+}
+#else
 // Light reflected by the ground.
 vec3 ground(vec3 p_eye) {
     float distance = length(p_eye);
     vec3 along = p_eye / distance;
     float pixel_m = distance * frame.grid.w;
-    vec3 normal = ground_normal(p_eye, pixel_m * inversesqrt(max(abs(along.z), 0.10)));
+    vec2 lie;
+    vec3 normal = ground_normal(p_eye, pixel_m * inversesqrt(max(abs(along.z), 0.10)), lie);
 
     float longer_m = pixel_m / max(abs(dot(along, normal)), 0.10);
     float fine_lod = log2(longer_m * frame.tint.z * kNoiseTexels) + kSharper;
-    float coarse_lod = log2(longer_m * frame.tint.w * 5.0 * kNoiseTexels) + kSharper;
     // fades out before its period becomes visible
     vec2 fine_at = frame.noise_phase.xy + p_eye.xy * frame.tint.z;
     vec3 fine = (textureLod(noise, fine_at, fine_lod).xyz - 0.5) * exp2(-distance / 220.0);
+    float coarse_lod = log2(longer_m * frame.tint.w * 5.0 * kNoiseTexels) + kSharper;
     // rotated, so that the two periods do not align
     vec2 turned = vec2(3.0 * p_eye.x + 4.0 * p_eye.y, 3.0 * p_eye.y - 4.0 * p_eye.x);
     vec2 coarse_at = frame.noise_phase.zw + turned * frame.tint.w;
     vec3 coarse = textureLod(noise, coarse_at, coarse_lod).xyz - 0.5;
 
-    float eye_m = (float(frame.eye_height.x) * 65536.0 + float(frame.eye_height.y)) * frame.grid.y;
-    float height_m = eye_m + frame.remainder.z + p_eye.z;
-    float high = (height_m - frame.tint.x) * frame.tint.y + 0.16 * coarse.z + 0.05 * fine.z;
+    float high = (height_of(p_eye) - frame.tint.x) * frame.tint.y + 0.16 * coarse.z + 0.05 * fine.z;
     float steep = 1.0 - normal.z + 0.10 * coarse.z + 0.12 * fine.z;
 
     const vec3 meadow = vec3(0.135, 0.150, 0.060);
@@ -124,8 +178,12 @@ vec3 ground(vec3 p_eye) {
 
     // bumps finer than the samples
     vec3 bumped = normalize(normal - vec3(0.8 * fine.xy, 0.0));
+#ifdef WAVES
+    extra_depth = sea_depth(p_eye, normal);
+#endif
     return lit_at(albedo, bumped, p_eye, normal);
 }
+#endif
 
 #ifdef WATER
 // Distance used for pixels without ground, metres.
@@ -136,6 +194,9 @@ vec3 background(float depth) {
     float level = frame.near.y;
     vec3 p_eye = depth > 0.0 ? ray * (frame.near.x / depth) : normalize(ray) * kNoGround;
     vec3 light = vec3(0.0);
+#ifdef WAVES
+    extra_depth = 0.0;
+#endif
     // a loop instead of a branch: a software rasteriser executes both sides of a branch
     for (int left = depth > 0.0 && !is_hidden(p_eye) ? 1 : 0; left > 0; --left) light = ground(p_eye);
     vec3 shown = shown_at(light, p_eye);

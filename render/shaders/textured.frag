@@ -25,15 +25,15 @@ vec3 reflected(vec3 front, float roughness, vec3 normal, float sun) {
     float k = 0.5 * a;
     float visible = 0.25 / ((to_eye * (1.0 - k) + k) * (to_sun * (1.0 - k) + k));
     float grazing = pow(1.0 - max(dot(towards, middle), 0.0), 5.0);
-    // kSunLight is light over pi, which cancels the pi of the distribution
+    // sun_light() is light over pi, which cancels the pi of the distribution
     vec3 of_sun = (front + (1.0 - front) * grazing) * (a * a * visible / (spread * spread)) *
-                  kSunLight * (to_sun * sun);
+                  sun_light(p_eye) * (to_sun * sun);
 
     vec4 fit = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float b = min(fit.x * fit.x, exp2(-9.28 * to_eye)) * fit.x + fit.y;
     vec3 mirrored = reflect(-towards, normal);
     vec3 of_sky = (front * (-1.04 * b + fit.z) + (1.04 * b + fit.w)) *
-                  mix(kGroundLight, kSkyLight, 0.5 + 0.5 * mirrored.z);
+                  ambient_light(mirrored.z);
     return of_sun + of_sky;
 }
 #endif
@@ -58,7 +58,7 @@ void main() {
 #endif
     vec3 front = mix(vec3(kDielectric), albedo.rgb, rough_metal.y);
     vec3 light = lit_from(albedo.rgb * (1.0 - rough_metal.y), sun * dot(normal, frame.sun.xyz),
-                          normal.z) +
+                          normal.z, p_eye) +
                  reflected(front, rough_metal.x, normal, sun);
 #else
     vec3 light = lit_at(albedo.rgb, normal, p_eye, smooth_normal);

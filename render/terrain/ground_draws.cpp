@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <string>
 
 namespace terrane::internal {
@@ -299,6 +300,37 @@ void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte*
         std::memcpy(memory + layout_.attributes + sizeof(attributes) * i, &attributes,
                     sizeof(attributes));
     }
+}
+
+bool is_above_ground(const TerrainMesh& mesh, const WorldPos& eye_world) {
+    bool has_ground = false;
+    for (const MeshChunk& drawn : mesh.chunks) {
+        const Chunk& chunk = *drawn.chunk;
+        const Lattice& lattice = mesh.resident->lattice();
+        const double step = lattice.spacing * static_cast<double>(chunk.step);
+        const double x = (eye_world.x() - lattice.x(chunk.corner.x)) / step;
+        const double y = (eye_world.y() - lattice.y(chunk.corner.y)) / step;
+        if (!(x >= 0.0 && x <= kChunkCells && y >= 0.0 && y <= kChunkCells)) continue;
+        for (std::uint32_t i = 0; i < drawn.index_count; i += 3) {
+            double west = kChunkCells, east = 0.0, south = kChunkCells, north = 0.0;
+            double highest = -std::numeric_limits<double>::infinity();
+            for (std::uint32_t corner = 0; corner < 3; ++corner) {
+                const std::uint16_t sample = mesh.indices[drawn.first_index + i + corner];
+                const double column = sample % kChunkSamples, row = sample / kChunkSamples;
+                west = std::min(west, column);
+                east = std::max(east, column);
+                south = std::min(south, row);
+                north = std::max(north, row);
+                const double offset =
+                    drawn.offsets == nullptr ? 0.0 : static_cast<double>(drawn.offsets[sample]);
+                highest = std::max(highest, lattice.quantum * chunk.heights[sample] + offset);
+            }
+            if (x < west || x > east || y < south || y > north) continue;
+            has_ground = true;
+            if (!(eye_world.z() > highest)) return false;
+        }
+    }
+    return has_ground;
 }
 
 Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,

@@ -87,6 +87,11 @@ enum class GroundCulling : std::uint8_t {
     none,  ///< all chunks: the pixel-wide lines of a chunk out of view can reach into the picture
 };
 
+/// Whether the eye is above all triangles of a mesh whose bounding rectangles have the eye's x and y, of which there
+/// must be some. Every ray from the eye then meets the front of a triangle before the back of any: the ground is a
+/// function of x and y where no volume opens it. Cost: reads the triangles of the eye's chunk
+bool is_above_ground(const TerrainMesh& mesh, const WorldPos& eye_world);
+
 /// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.
 ///
 /// Heights stay in a ChunkPool; indices, offsets and chunk attributes are streamed. Chunks are drawn from the finest

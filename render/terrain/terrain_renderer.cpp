@@ -3,6 +3,7 @@
 #include "gl/gl_object.h"
 #include "gl/shader.h"
 #include "light/frame_uniforms.h"
+#include "light/ground_materials.h"
 #include "light/ground_shade.h"
 #include "light/shadow_maps.h"
 #include "light/sky_light.h"
@@ -16,6 +17,7 @@
 #include <terrane/base/text.h>
 #include <terrane/render/terrain_renderer.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -25,8 +27,10 @@ namespace {
 using namespace internal;
 
 constexpr double kMostShadowDistance = 1e6;  // metres
-constexpr double kMostWaterLevel = 1e9;      // metres, up or down
-constexpr double kMostSunRadius = 0.05;      // radians
+constexpr double kMostHeight = 1e9;          // of water and snow, metres, up or down
+constexpr double kMostRockSlope = 100.0;
+constexpr int kMostAnisotropy = 16;
+constexpr double kMostSunRadius = 0.05;  // radians
 constexpr double kMostStops = 20.0;
 constexpr double kEndOfExtents = 1e5;  // metres, above all half extents of solids
 
@@ -36,6 +40,21 @@ Result<void> check_colour(std::string name, const Colour& colour) {
         return fail(ErrorCode::invalid_argument,
                     name.append(" must have parts from 0 to 1, got ").append(number_text(part)));
     }
+    return {};
+}
+
+Result<void> check(const GroundLookSettings& look) {
+    const auto refuse = [](const std::string& message) -> Result<void> {
+        return fail(ErrorCode::invalid_argument, message);
+    };
+    if (look.snow_line && !(std::abs(*look.snow_line) <= kMostHeight))
+        return refuse("snow_line must be within 1e9 m, got " + number_text(*look.snow_line));
+    if (look.rock_slope && !(*look.rock_slope >= 0.0 && *look.rock_slope <= kMostRockSlope))
+        return refuse("rock_slope must be 0 to 100, got " + number_text(*look.rock_slope));
+    if (!(look.occlusion >= 0.0 && look.occlusion <= 1.0))
+        return refuse("occlusion must be 0 to 1, got " + number_text(look.occlusion));
+    if (look.anisotropy < 1 || look.anisotropy > kMostAnisotropy)
+        return refuse("anisotropy must be 1 to 16, got " + std::to_string(look.anisotropy));
     return {};
 }
 
@@ -69,7 +88,8 @@ Result<void> check(const RendererSettings& settings) {
         return refuse("exposure_stops must be -20 to 20, got " +
                       number_text(settings.exposure_stops));
     }
-    if (settings.water_level && !(std::abs(*settings.water_level) <= kMostWaterLevel)) {
+    if (settings.ground_look) TERRANE_TRY(check(*settings.ground_look));
+    if (settings.water_level && !(std::abs(*settings.water_level) <= kMostHeight)) {
         return refuse("water_level must be within 1e9 m, got " +
                       number_text(*settings.water_level));
     }
@@ -140,6 +160,8 @@ struct TerrainRenderer::State {
     std::optional<ShadowPass> shadows;       // none without shadow_distance
     std::unique_ptr<GroundImagery> imagery;  // null: none
     std::unique_ptr<SkyLight> sky;           // null without an atmosphere
+    std::optional<GroundMaterials> materials;
+    double time = 0.0;
     GroundDraws draws;
     VolumeDraws solids;
     SceneObjects scene;
@@ -226,6 +248,18 @@ void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const V
     });
 }
 
+namespace {
+
+// Software rasterisers filter anisotropic textures, but slowly.
+int anisotropy_of(const EglContext& context, const GroundLookSettings& look) {
+    if (context.is_software()) return 1;
+    GLfloat most = 1.0f;
+    glGetFloatv(GL_MAX_TEXTURE_MAX_ANISOTROPY, &most);
+    return std::clamp(look.anisotropy, 1, static_cast<int>(most));
+}
+
+}  // namespace
+
 TerrainRenderer::TerrainRenderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 TerrainRenderer::TerrainRenderer(TerrainRenderer&&) noexcept = default;
 TerrainRenderer& TerrainRenderer::operator=(TerrainRenderer&&) noexcept = default;
@@ -240,17 +274,21 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
                               .has_penumbra = settings.sun_radius > 0.0,
                               .has_atmosphere = settings.atmosphere,
-                              .has_water = settings.water_level.has_value()};
+                              .has_water = settings.water_level.has_value(),
+                              .has_waves = settings.has_waves};
     const std::string lighting = light_text(features);
     features.has_imagery = settings.imagery != nullptr;
-    TERRANE_TRY(GroundShade shade, GroundShade::create(picture.sample_count(), light_text(features),
-                                                       picture.is_smoothed()));
+    if (settings.ground_look) features.anisotropy = anisotropy_of(context, *settings.ground_look);
+    TERRANE_TRY(GroundShade shade,
+                GroundShade::create(picture.sample_count(), light_text(features),
+                                    picture.is_smoothed(), settings.ground_look.has_value()));
     TERRANE_TRY(FormDraws forms, FormDraws::create(lighting, has_shadows));
     auto state = std::make_unique<State>(std::move(picture), std::move(shade), std::move(forms),
                                          lighting, settings.texture_bytes);
     state->context = context.keep_alive();
     state->settings = settings;
     if (!context.is_software()) state->timer.emplace();
+    if (settings.ground_look) state->materials.emplace(settings, features.anisotropy);
     TERRANE_TRY(state->make_programs(lighting));
     state->make_buffers();
     TERRANE_TRY(check_gl("set up the renderer"));
@@ -280,6 +318,10 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     TERRANE_TRY(state.draws.prepare(mesh, view, eye, culling, casters));
     if (mesh.resident != nullptr) {
         TERRANE_TRY(state.shade.prepare(mesh.resident, view, eye));
+        if (state.materials) {
+            state.materials->prepare(lattice, eye);
+            state.materials->bind();
+        }
         if (state.imagery) {
             TERRANE_TRY(state.imagery->prepare(*mesh.resident, view));
             state.imagery->bind();
@@ -289,7 +331,8 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     const bool has_overlay = state.settings.wireframe || !objects.empty() ||
                              !state.solids.is_empty() || !state.scene.is_empty();
 
-    const FrameUniforms uniforms = make_frame_uniforms(state.settings, lattice, view, eye);
+    const FrameUniforms uniforms =
+        make_frame_uniforms(state.settings, lattice, view, eye, state.time);
     glNamedBufferSubData(state.frame_uniforms.name(), 0, sizeof(uniforms), &uniforms);
 
     if (state.sky) {
@@ -308,7 +351,11 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     state.picture.bind_depth();
     glClear(GL_DEPTH_BUFFER_BIT);
     glUseProgram(state.ground.name());
+    // hills hide their back faces; where volumes open the ground, the eye may see them
+    const bool hides_backs = mesh.solids.empty() && is_above_ground(mesh, view.eye_world);
+    if (hides_backs) glEnable(GL_CULL_FACE);
     state.draws.draw();
+    glDisable(GL_CULL_FACE);
     state.solids.draw(VolumeDraws::Part::ground, state.solid_ground);
     if (has_overlay) {
         state.picture.bind_depth_and_overlay();
@@ -338,6 +385,14 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                     .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
                     .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
                     .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
+    return {};
+}
+
+Result<void> TerrainRenderer::set_time(double seconds) {
+    if (!std::isfinite(seconds))
+        return fail(ErrorCode::invalid_argument,
+                    "the time must be finite, got " + number_text(seconds));
+    state_->time = seconds;
     return {};
 }
 
@@ -380,7 +435,8 @@ std::size_t TerrainRenderer::buffer_bytes() const {
     return state_->draws.pool().bytes() + state_->solids.bytes() + state_->shade.light().bytes() +
            state_->scene.bytes() + (state_->shadows ? state_->shadows->bytes() : 0) +
            (state_->imagery ? state_->imagery->bytes() : 0) +
-           (state_->sky ? state_->sky->bytes() : 0);
+           (state_->sky ? state_->sky->bytes() : 0) +
+           (state_->materials ? state_->materials->bytes() : 0);
 }
 
 }  // namespace terrane

@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <tuple>
@@ -199,6 +202,65 @@ TEST_F(ImageryRasterTest, RefusesWhatIsNoImageryAndNamesIt) {
               std::string::npos);
     const std::string none = folder_.file("none.tif");
     EXPECT_NE(refusal(none, ErrorCode::io).find(none), std::string::npos);
+}
+
+TEST_F(ImageryRasterTest, IsStretchedByLimitsAndGamma) {
+    for (const GDALDataType type : {GDT_Byte, GDT_UInt16, GDT_Int16, GDT_Float32}) {
+        SCOPED_TRACE(GDALGetDataTypeName(type));
+        RasterSpec spec = numbered();
+        spec.type = type;
+        ImageryRasterSettings settings{.limits = std::array{3.0, 23.0}, .gamma = 2.0};
+        const auto texels = read(*open(written(spec), settings), {-30.0, -20.0, 30.0, 20.0}, 6);
+        for (int row = 0; row < 4; ++row) {
+            for (int column = 0; column < 6; ++column) {
+                // the square is stretched from 4 rows to 6 texels: only the outer ones are those of the file
+                if (row != 0 && row != 3) continue;
+                const double value = 10.0 * row + column;
+                const double share = std::clamp((value - 3.0) / 20.0, 0.0, 1.0);
+                const std::size_t at = static_cast<std::size_t>((row == 0 ? 5 : 0) * 6 + column);
+                ASSERT_NEAR(texels[at][0], 255.0 * std::sqrt(share), 1.0) << row << ", " << column;
+                ASSERT_EQ(texels[at][3], 255);
+            }
+        }
+    }
+}
+
+TEST_F(ImageryRasterTest, IsStretchedByPercentilesOfTheValuesWithData) {
+    RasterSpec spec{
+        .columns = 11, .rows = 10, .type = GDT_UInt16, .value = [](int column, int row) {
+            return column == 10 ? 60'000.0 : 1000.0 + 10.0 * row + column;
+        }};
+    spec.nodata = 60'000.0;
+    ImageryRasterSettings settings{.percentiles = std::array{0.0, 50.0}};
+    const auto texels = read(*open(written(spec), settings), {-55.0, -50.0, 55.0, 50.0}, 11);
+    // values with data are 1000 to 1099; the sorted list's middle is value 50
+    for (int column = 0; column < 10; ++column)
+        EXPECT_NEAR(texels[static_cast<std::size_t>(10 * 11 + column)][0], 255.0 * column / 50.0,
+                    1.0);
+    EXPECT_EQ(texels[10 * 11 + 10][3], 0);
+    EXPECT_EQ(texels[0][0], 255);
+}
+
+TEST_F(ImageryRasterTest, RefusesAStretchOutOfRange) {
+    const std::string path = written(numbered());
+    const auto says = [&](const ImageryRasterSettings& settings, const char* words) {
+        EXPECT_EQ(refusal(path, ErrorCode::invalid_argument, settings), words);
+    };
+    says({.limits = std::array{5.0, 5.0}},
+         "limits must be two ascending numbers from -1e+30 to 1e+30, got 5 and 5");
+    says({.limits = std::array{0.0, std::nan("")}},
+         "limits must be two ascending numbers from -1e+30 to 1e+30, got 0 and nan");
+    says({.percentiles = std::array{-1.0, 98.0}},
+         "percentiles must be two ascending numbers from 0 to 100, got -1 and 98");
+    says({.limits = std::array{0.0, 1.0}, .percentiles = std::array{2.0, 98.0}},
+         "give limits or percentiles, not both");
+    says({.gamma = 0.0}, "gamma must be 0.1 to 10, got 0");
+    RasterSpec complex = numbered();
+    complex.type = GDT_CFloat32;
+    EXPECT_NE(refusal(written(complex, "complex.tif"), ErrorCode::bad_data,
+                      {.limits = std::array{0.0, 1.0}})
+                  .find("CFloat32"),
+              std::string::npos);
 }
 
 TEST_F(ImageryRasterTest, TakesTheBandsOfRealImageryAndPlacesThemOverItsDem) {

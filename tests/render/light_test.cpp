@@ -68,6 +68,44 @@ TEST(SlopeMap, ALayerOfAChunkIsTheFinerLayerOfItsParent) {
     }
 }
 
+// Bend at a sample of a layer.
+int bend(const std::vector<std::int16_t>& map, int layer, int column, int row) {
+    return map[static_cast<std::size_t>(slope_layer_row(layer) + row) * kSlopeMapWidth +
+               static_cast<std::size_t>(column)];
+}
+
+TEST(BendMap, HoldsTheHeightOfTheSurroundingsAndHasNoSeams) {
+    const test::Scene scene = test::make_scene();
+    const auto bends_of = [&](const ChunkKey& key) {
+        return make_bend_map(*scene.resident, chunk_at(*scene.resident, key),
+                             find_side_levels(*scene.resident, key));
+    };
+    const std::vector<std::int16_t> parent = bends_of({0, 0, 0}), east = bends_of({1, 0, 0});
+    const std::vector<std::int16_t> child = bends_of({1, 1, 1});
+    int hollows = 0, tops = 0;
+    for (int layer = 0; layer < kSlopeLayers; ++layer) {
+        const int last = kChunkCells >> layer;
+        for (int row = 0; row <= last; ++row) {
+            ASSERT_EQ(bend(parent, layer, last, row), bend(east, layer, 0, row));
+            for (int column = 0; layer > 0 && column <= last; ++column) {
+                ASSERT_EQ(bend(child, layer, column, row),
+                          bend(parent, layer - 1, last + column, last + row));
+            }
+        }
+    }
+    for (int row = 1; row < kChunkCells; row += 5) {
+        for (int column = 1; column < kChunkCells; column += 5) {
+            const double x = 2.0 * column, y = 2.0 * row;
+            const double mean = 0.25 * (scene.height(x + 2.0, y) + scene.height(x - 2.0, y) +
+                                        scene.height(x, y + 2.0) + scene.height(x, y - 2.0));
+            const double wanted = (mean - scene.height(x, y)) / 2.0;
+            ASSERT_NEAR(bend(parent, 0, column, row) / 32767.0, wanted, 3e-4);
+            (wanted > 0.0 ? hollows : tops) += 1;
+        }
+    }
+    EXPECT_GT(std::min(hollows, tops), 100);
+}
+
 TEST(SlopeMap, HoldsTheNormalOfTheSurface) {
     const test::Scene scene = test::make_scene();
     const std::vector<std::int16_t> map = map_of(*scene.resident, {0, 0, 0});

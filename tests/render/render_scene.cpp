@@ -264,18 +264,21 @@ int largest_difference(const Image& a, const Image& b) {
     return largest;
 }
 
-Scene make_plane_scene(double height, double slope_east) {
-    const Lattice lattice = two_roots(0);
+Scene make_plane_scene(double height, double slope_east, double spacing, std::int32_t roots_east) {
+    Lattice lattice = two_roots(0, roots_east);
+    lattice.spacing = spacing;
+    const double middle = lattice.x(lattice.west()) + kChunkCells * spacing;
     const WaveHeights source(lattice, 1.0, kWavelength);
     std::vector<std::shared_ptr<const Chunk>> chunks;
     Scene scene;
     for (std::int32_t root = 0; root < 2; ++root) {
-        auto chunk = std::make_shared<Chunk>(*make_chunk(source, {root, 0, 0}).value());
+        auto chunk =
+            std::make_shared<Chunk>(*make_chunk(source, {roots_east + root, 0, 0}).value());
         for (int row = 0; row < kChunkSamples; ++row) {
             for (int column = 0; column < kChunkSamples; ++column) {
                 const double x = lattice.x(chunk->corner.x + column * chunk->step);
                 chunk->heights[sample_index(column, row)] = static_cast<std::int32_t>(
-                    std::lround((height + slope_east * (x - 256.0)) / lattice.quantum));
+                    std::lround((height + slope_east * (x - middle)) / lattice.quantum));
             }
         }
         const auto [low, high] = std::ranges::minmax(chunk->heights);

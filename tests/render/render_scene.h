@@ -99,11 +99,14 @@ int count_different(const Image& a, const Image& b, int more_than = 0);
 /// Largest difference of any channel.
 int largest_difference(const Image& a, const Image& b);
 
-/// A world of two roots of 256 m beside each other from the origin east, with samples 2 m apart on a plane.
+/// A world of two roots of 128 x 128 samples beside each other, on a plane.
 ///
-/// @param height     at x = 256, between the roots, metres
+/// @param height     at the edge between the roots, metres
 /// @param slope_east rise over run
-Scene make_plane_scene(double height = 0.0, double slope_east = 0.0);
+/// @param spacing    of the samples, metres
+/// @param roots_east roots between the origin and the world's west edge
+Scene make_plane_scene(double height = 0.0, double slope_east = 0.0, double spacing = 2.0,
+                       std::int32_t roots_east = 0);
 
 /// Raises the western root's triangles as a whole by offsets: a sheet above x = 0 to 256.
 void raise_western_root(Scene& scene, float by);

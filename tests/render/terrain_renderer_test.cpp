@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/render_scene.h"
+#include "terrain/ground_draws.h"
 
 #include <terrane/render/terrain_renderer.h>
 
@@ -272,6 +273,23 @@ TEST_F(TerrainRendererTest, AnEyeThatCreepsFarFromTheOriginMovesThePictureSmooth
         last = image;
     }
     EXPECT_GE(changed, 10);
+}
+
+TEST_F(TerrainRendererTest, GroundIsSeenFromBelowAndItsFrontsHideItsBacksFromAbove) {
+    const test::Scene scene = make_scene();
+    EXPECT_TRUE(internal::is_above_ground(scene.mesh(), {100.0, 100.0, 40.0}));
+    EXPECT_FALSE(internal::is_above_ground(scene.mesh(), {100.0, 100.0, -40.0}));
+    EXPECT_FALSE(internal::is_above_ground(scene.mesh(), {-1.0, 100.0, 40.0}));
+    for (const double x : {5.0, 130.0, 200.0, 300.0}) {
+        const double height = scene.height(x, 70.0);
+        EXPECT_TRUE(internal::is_above_ground(scene.mesh(), {x, 70.0, height + 4.0}));
+        EXPECT_FALSE(internal::is_above_ground(scene.mesh(), {x, 70.0, height - 0.1}));
+    }
+    TerrainRenderer renderer = make();
+    const View up = view_from({100.0, 100.0, -60.0}, {110.0, 110.0, 0.0});
+    const Image sky = draw(renderer, TerrainMesh{}, up);
+    EXPECT_GT(count_different(draw(renderer, scene.mesh(), up), sky),
+              sky.width * sky.height * 9 / 10);
 }
 
 TEST_F(TerrainRendererTest, WireframeDrawsLinesOverTheSameGround) {

@@ -24,12 +24,17 @@ TEST(ParseScene, CountsPathsFromTheSceneFilesFolder) {
     const auto plain = parse_scene(R"({"seed":7,"imagery":"i.tif"})", "s/one.json");
     ASSERT_TRUE(plain) << plain.error().message;
     EXPECT_EQ(plain->imagery->raster, "s/i.tif");
-    EXPECT_TRUE(plain->imagery->bands.empty());
+    EXPECT_TRUE(plain->imagery->settings.bands.empty());
     const auto banded =
-        parse_scene(R"({"seed":7,"imagery":{"file":"/i.tif","bands":[3,2,1]}})", "s/one.json");
+        parse_scene(R"({"seed":7,"imagery":{"file":"/i.tif","bands":[3,2,1],"percentiles":[2,98],)"
+                    R"("gamma":1.5}})",
+                    "s/one.json");
     ASSERT_TRUE(banded) << banded.error().message;
     EXPECT_EQ(banded->imagery->raster, "/i.tif");
-    EXPECT_EQ(banded->imagery->bands, (std::vector<int>{3, 2, 1}));
+    EXPECT_EQ(banded->imagery->settings.bands, (std::vector<int>{3, 2, 1}));
+    EXPECT_EQ(banded->imagery->settings.percentiles, (std::array<double, 2>{2.0, 98.0}));
+    EXPECT_EQ(banded->imagery->settings.limits, std::nullopt);
+    EXPECT_EQ(banded->imagery->settings.gamma, 1.5);
 }
 
 TEST(ParseScene, CountsTheFilesOfSubdatasetsFromTheSceneFilesFolder) {
@@ -74,6 +79,9 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
              {R"({"seed":1,"imagery":7})", "imagery must be a path"},
              {R"({"seed":1,"imagery":{"file":"a.tif","band":1}})", "'imagery.band'"},
              {R"({"seed":1,"imagery":{"file":"a.tif","bands":[1,2]}})", "[1,2]"},
+             {R"({"seed":1,"imagery":{"file":"a.tif","limits":[1]}})", "imagery.limits"},
+             {R"({"seed":1,"imagery":{"file":"a.tif","percentiles":"2"}})", "imagery.percentiles"},
+             {R"({"seed":1,"imagery":{"file":"a.tif","gamma":11}})", "imagery.gamma"},
              {R"({"seed":1,"water_m":"deep"})", "water_m must be a number"},
              {R"({"dem":"a.tif","height_unit":7})", "height_unit must be a unit, got 7"},
              {R"({"dem":"a.tif","height_scale":0})", "height_scale"},

@@ -57,6 +57,9 @@ Result<CameraPath> follow_track(Track track, const HeightSource& source,
 
 namespace {
 
+// In the order of GroundPalette.
+constexpr std::array kPalettes{"alpine", "temperate", "desert", "moon", "imagery"};
+
 bool is_drivable(const std::string& path) { return path != "spins" && path != "teleports"; }
 
 }  // namespace
@@ -77,8 +80,9 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
     add_choice(
         app, "--look", {"plain", "full"}, static_cast<std::size_t>(options.look),
         [look](std::size_t number) { *look = static_cast<Look>(number); },
-        "full: sky, haze and light by scattering in the air, smooth edges, soft shadows; plain: a "
-        "sky of fixed colours");
+        "full: sky, haze and light by scattering in the air, smooth edges, soft shadows, ground in "
+        "materials with detail down to millimetres, and moving waves; plain: a sky of fixed "
+        "colours, and ground in tints by height and slope");
     add_place(
         app, "--sun-deg", options.sun_deg,
         "Place of the sun, degrees: azimuth clockwise from world y, and elevation; without it "
@@ -89,6 +93,17 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
            "Time for the sun's place over a raster with a CRS, as 2026-06-21T14:30Z or with "
            "an offset, as +02:00")
         ->type_name("TIME");
+    std::optional<GroundPalette>* const ground = &options.ground;
+    add_choice(
+        app, "--ground", {std::begin(kPalettes), std::end(kPalettes)}, 0,
+        [ground](std::size_t number) { *ground = static_cast<GroundPalette>(number); },
+        "Materials of the ground, also with --look plain; with --look full it is alpine, or "
+        "imagery where the scene has imagery, unless said")
+        ->default_str("");
+    add_in_range(app, "--snow-line-m", options.snow_line, -1e9, 1e9,
+                 "Height of the snow line, metres, with --look full or --ground");
+    add_in_range(app, "--water-m", options.water_m, -1e9, 1e9,
+                 "Level of water, metres, in place of the scene's water_m; 0 for seas");
     app.add_option(
            "--out", options.out,
            "Folder for frames.csv, report.html, and pictures or film where asked for. What an "
@@ -208,10 +223,13 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     if (options.shadows > 0.0 && !options.has_pictures()) {
         return usage_error("--shadows is for pictures: it needs --png or --video");
     }
-    const std::array<std::pair<bool, const char*>, 3> of_pictures{
+    const std::array<std::pair<bool, const char*>, 6> of_pictures{
         {{options.look != Look::plain, "--look"},
          {options.sun_deg.has_value(), "--sun-deg"},
-         {!options.sun_time.empty(), "--sun-time"}}};
+         {!options.sun_time.empty(), "--sun-time"},
+         {options.ground.has_value(), "--ground"},
+         {!std::isnan(options.snow_line), "--snow-line-m"},
+         {!std::isnan(options.water_m), "--water-m"}}};
     for (const auto& [is_given, flag] : of_pictures) {
         if (is_given && !options.has_pictures())
             return usage_error(fmt::format("{} is for pictures: it needs --png or --video", flag));
@@ -230,6 +248,8 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
             "--sun-time must be a time of the years 1900 to 2100, as 2026-06-21T14:30Z, got '{}'",
             options.sun_time));
     }
+    if (!std::isnan(options.snow_line) && !options.has_materials())
+        return usage_error("--snow-line-m needs --look full or --ground");
     if ((options.png || options.video) && options.out.empty()) {
         return usage_error(fmt::format("{} needs --out DIR", options.png ? "--png" : "--video"));
     }

@@ -10,6 +10,7 @@
 #include <terrane/dem/dem_heights.h>
 #include <terrane/playback/camera_path.h>
 #include <terrane/playback/track.h>
+#include <terrane/render/terrain_renderer.h>
 
 #include <cstddef>
 #include <limits>
@@ -31,8 +32,9 @@ Result<CameraPath> follow_track(Track track, const HeightSource& source,
 
 /// What pictures show beside shapes and tints.
 enum class Look {
-    plain,  ///< a sky and haze of fixed colours
-    full,   ///< sky, haze and light by scattering in the air, smooth edges, penumbrae
+    plain,  ///< ground in tints, still water, a sky and haze of fixed colours
+    /// Ground in materials, waves; sky, haze and light by scattering in the air, smooth edges, penumbrae.
+    full,
 };
 
 /// Options shared by `fly` and `drive`: terrain, pictures, limits and output.
@@ -52,6 +54,10 @@ struct FlightOptions {
     std::optional<WorldVec2> sun_deg =
         {};                ///< azimuth from world y, clockwise, and elevation of the sun, degrees
     std::string sun_time;  ///< for the sun's place; "" if not given
+    std::optional<GroundPalette> ground = {};  ///< palette of the materials; absent: as the look
+    /// Of the materials, metres; NaN if not given, as the next one.
+    double snow_line = std::numeric_limits<double>::quiet_NaN();
+    double water_m = std::numeric_limits<double>::quiet_NaN();  ///< level of water, metres
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
@@ -69,11 +75,13 @@ struct FlightOptions {
 
     std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_mb * 0x1p20); }
     bool has_pictures() const { return png || video || window; }
+    bool has_materials() const { return look == Look::full || ground; }
     /// Whether frames are paced in real time.
     bool waits_for_clock() const { return realtime || window; }
 };
 
-/// Adds --fps, --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --out, --png and --video.
+/// Adds --fps, --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --ground, --snow-line-m,
+/// --water-m, --out, --png and --video.
 ///
 /// @param what the kind of run in help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);

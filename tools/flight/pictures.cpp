@@ -239,11 +239,16 @@ Result<Eigen::Vector3d> sun_of(const FlightOptions& options, const Terrain& terr
 
 }  // namespace
 
-FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer)
-    : context_(std::move(context)), renderer_(std::move(renderer)) {}
+FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer, double fps)
+    : context_(std::move(context)), renderer_(std::move(renderer)), fps_(fps) {}
 
 Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
                                               const std::shared_ptr<OutputFolder>& folder) {
+    if (options.ground == GroundPalette::imagery && terrain.imagery == nullptr) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "--ground imagery needs a scene with imagery, and " + terrain.name + " has none");
+    }
     TERRANE_TRY(EglContext context, EglContext::create());
     RendererSettings settings;
     fit_tints(terrain, settings);
@@ -257,13 +262,20 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
         settings.smooth_edges = true;
         settings.sun_radius = kSunRadius;
     }
-    settings.water_level = terrain.water_m;
+    settings.water_level = std::isnan(options.water_m) ? terrain.water_m : options.water_m;
+    settings.has_waves = options.look == Look::full;
+    if (options.has_materials()) {
+        const GroundPalette usual =
+            terrain.imagery == nullptr ? GroundPalette::alpine : GroundPalette::imagery;
+        settings.ground_look = {.palette = options.ground.value_or(usual),
+                                .snow_line = given(options.snow_line)};
+    }
     settings.imagery = terrain.imagery;
     settings.imagery_waits = !options.waits_for_clock();  // films need not keep real time
     TERRANE_TRY(
         TerrainRenderer renderer,
         TerrainRenderer::create(context, options.size.width_px, options.size.height_px, settings));
-    FlightPictures pictures(std::move(context), std::move(renderer));
+    FlightPictures pictures(std::move(context), std::move(renderer), options.fps);
     if (options.png) pictures.picture_folder_ = folder;
     if (options.video) {
         TERRANE_TRY(Film film, Film::create(OutputPlace(folder, kFilmName), options.size.width_px,
@@ -282,6 +294,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
 Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, const View& view,
                                    std::span<const DrawnObject> objects) {
     const auto start = std::chrono::steady_clock::now();
+    TERRANE_TRY(renderer_.set_time(static_cast<double>(frame) / fps_));
     TERRANE_TRY(renderer_.draw(made.mesh, view, objects, made.draws));
     const Image image = renderer_.read();
     const std::chrono::duration<double, std::milli> taken =

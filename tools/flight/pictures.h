@@ -58,10 +58,11 @@ public:
     const std::string& renderer_name() const { return context_.renderer_name(); }
 
 private:
-    FlightPictures(EglContext context, TerrainRenderer renderer);
+    FlightPictures(EglContext context, TerrainRenderer renderer, double fps);
 
     EglContext context_;  // the renderer's objects live in it
     TerrainRenderer renderer_;
+    double fps_;
     std::optional<Film> film_;
     std::optional<Window> window_;
     std::shared_ptr<OutputFolder> picture_folder_;  // null without --png

@@ -74,7 +74,9 @@ Parsed<SceneImagery> read_imagery(const Json& value, const std::string& folder) 
         return text.is_string() && !text.get<std::string>().empty();
     };
     if (value.is_object()) {
-        if (const Parsed<void> good = check_keys(value, "imagery", {"file", "bands"}); !good)
+        if (const Parsed<void> good =
+                check_keys(value, "imagery", {"file", "bands", "limits", "percentiles", "gamma"});
+            !good)
             return wrong(good.error());
     }
     const Json file = value.is_object() ? value.value("file", Json()) : value;
@@ -82,7 +84,19 @@ Parsed<SceneImagery> read_imagery(const Json& value, const std::string& folder) 
         return wrong("imagery must be a path or an object with a file, got " + shown(value));
     }
     imagery.raster = raster_path(folder, file.get<std::string>());
-    if (!value.is_object() || !value.contains("bands")) return imagery;
+    if (!value.is_object()) return imagery;
+    ImageryRasterSettings& settings = imagery.settings;
+    for (const auto& [name, pair] :
+         {std::pair{"limits", &settings.limits}, std::pair{"percentiles", &settings.percentiles}}) {
+        if (!value.contains(name)) continue;
+        const Parsed<std::array<double, 2>> numbers = read_array<2>(value, name);
+        if (!numbers) return wrong("imagery." + numbers.error());
+        *pair = *numbers;
+    }
+    const Parsed<double> gamma = read_in_range(value, "gamma", settings.gamma, 0.1, 10.0);
+    if (!gamma) return wrong("imagery." + gamma.error());
+    settings.gamma = *gamma;
+    if (!value.contains("bands")) return imagery;
     const Json& bands = value["bands"];
     const auto is_band = [](const Json& band) {
         return band.is_number_unsigned() && band.get<std::uint64_t>() <= kMostBands;
@@ -91,14 +105,13 @@ Parsed<SceneImagery> read_imagery(const Json& value, const std::string& folder) 
         !std::ranges::all_of(bands, is_band)) {
         return wrong("imagery.bands must be 1 or 3 numbers of bands, got " + shown(bands));
     }
-    for (const Json& band : bands) imagery.bands.push_back(band.get<int>());
+    for (const Json& band : bands) settings.bands.push_back(band.get<int>());
     return imagery;
 }
 
 Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& imagery,
                                                           const DemInfo* dem) {
-    ImageryRasterSettings settings;
-    settings.bands = imagery.bands;
+    ImageryRasterSettings settings = imagery.settings;
     if (dem != nullptr) settings.aligned_with = *dem;
     return ImageryRaster::open(imagery.raster, settings);
 }

@@ -33,11 +33,11 @@ Parsed<SceneSurface> read_surface(const nlohmann::ordered_json& value, const std
 /// `imagery` of a scene: colours draped over the ground.
 struct SceneImagery {
     std::string raster;
-    std::vector<int> bands;  ///< of red, green and blue, or of grey; empty: the file's default
+    ImageryRasterSettings settings = {};  ///< without aligned_with
 };
 
-/// Parses `imagery` of a scene: the path of a raster, or `{"file":"..","bands":[3,2,1]}`. Errors begin with the path of
-/// the key.
+/// Parses `imagery` of a scene: the path of a raster, or `{"file":"..","bands":[3,2,1],"percentiles":[2,98],
+/// "gamma":1.2}`, with `limits` in place of `percentiles`. Errors begin with the path of the key.
 ///
 /// @param folder base of relative paths
 Parsed<SceneImagery> read_imagery(const nlohmann::ordered_json& value, const std::string& folder);

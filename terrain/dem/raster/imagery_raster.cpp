@@ -49,11 +49,15 @@ private:
     };
 
     ImageryFile() = default;
-    Result<void> choose_bands(const std::vector<int>& wanted);
+    Result<void> choose_bands(const ImageryRasterSettings& settings);
+    Result<void> find_stretch(const ImageryRasterSettings& settings);
     Result<void> straighten(const std::optional<DemInfo>& dem);
     Result<void> find_place(const std::optional<DemInfo>& dem);
+    // Writes values of type GDT_Byte or GDT_Float32.
     Result<void> read_band(int band, bool is_mask, const Range& columns, const Range& rows,
-                           std::span<std::uint8_t> values_out) const;
+                           GDALDataType type, void* values_out) const;
+    Result<void> read_stretched(std::size_t band, const Range& columns, const Range& rows,
+                                std::span<std::uint8_t> values_out) const;
 
     std::string path_;
     ImageryRasterInfo info_;
@@ -62,6 +66,9 @@ private:
     std::unique_ptr<GDALDataset, CloseDataset> warped_;  // view of file_; closed before it
     GDALDataset* dataset_ = nullptr;  // the dataset that is read: warped_ or file_
     std::vector<ImageryTexel> palette_;
+    std::vector<std::array<double, 2>>
+        stretch_;            // black and white of each band in use; empty: bytes as they are
+    double exponent_ = 1.0;  // of stretched values
     bool rows_go_north_ = false, columns_go_west_ = false;
     mutable std::mutex mutex_;  // a GDAL dataset serves one thread at a time
 };
@@ -87,13 +94,16 @@ Result<std::unique_ptr<ImageryFile>> ImageryFile::open(const std::string& path,
     std::optional<DemInfo> dem = settings.aligned_with;
     const OGRSpatialReference* crs = made->file_->GetSpatialRef();
     if (crs == nullptr || (dem && dem->crs_wkt.empty())) dem.reset();
-    TERRANE_TRY(made->choose_bands(settings.bands));
+    TERRANE_TRY(made->choose_bands(settings));
     TERRANE_TRY(made->straighten(dem));
     TERRANE_TRY(made->find_place(dem));
+    TERRANE_TRY(made->find_stretch(settings));
     return made;
 }
 
-Result<void> ImageryFile::choose_bands(const std::vector<int>& wanted) {
+Result<void> ImageryFile::choose_bands(const ImageryRasterSettings& settings) {
+    const std::vector<int>& wanted = settings.bands;
+    const bool has_limits = settings.limits || settings.percentiles;
     const int count = file_->GetRasterCount();
     if (count < 1) return fail(ErrorCode::bad_data, named_raster(path_) + " has 0 bands");
     info_.bands = wanted.empty() ? bands_by_colour(*file_) : wanted;
@@ -104,16 +114,24 @@ Result<void> ImageryFile::choose_bands(const std::vector<int>& wanted) {
                                                          std::to_string(band));
         }
         const GDALDataType type = file_->GetRasterBand(band)->GetRasterDataType();
-        if (type != GDT_Byte) {
+        const bool is_readable =
+            type == GDT_Byte || (has_limits && GDALDataTypeIsComplex(type) == FALSE);
+        if (!is_readable) {
             return fail(ErrorCode::bad_data, named_raster(path_) + " has " +
                                                  GDALGetDataTypeName(type) + " samples in band " +
                                                  std::to_string(band) +
-                                                 ", imagery needs 8-bit ones");
+                                                 (has_limits ? ", imagery needs real ones"
+                                                             : ", imagery needs 8-bit ones, or "
+                                                               "limits or percentiles"));
         }
     }
     const GDALColorTable* table = file_->GetRasterBand(info_.bands[0])->GetColorTable();
     has_palette_ = info_.bands.size() == 1 && table != nullptr;
     if (!has_palette_) return {};
+    if (has_limits || settings.gamma != 1.0) {
+        return fail(ErrorCode::bad_data,
+                    named_raster(path_) + " has a palette, whose colours are not stretched");
+    }
     palette_.assign(256, ImageryTexel{});
     for (int i = 0; i < std::min(table->GetColorEntryCount(), 256); ++i) {
         GDALColorEntry entry;
@@ -205,8 +223,57 @@ Result<void> ImageryFile::find_place(const std::optional<DemInfo>& dem) {
                                          text({-half_x, -half_y, half_x, half_y}));
 }
 
+// Finds black and white of each band. Percentiles are those of a grid of the values with data.
+Result<void> ImageryFile::find_stretch(const ImageryRasterSettings& settings) {
+    constexpr int kMostAlong = 512;
+    constexpr std::array<double, 2> kBytes{0.0, 255.0};
+    if (!settings.limits && !settings.percentiles && settings.gamma == 1.0) return {};
+    exponent_ = 1.0 / settings.gamma;
+    stretch_.assign(info_.bands.size(), settings.limits.value_or(kBytes));
+    if (!settings.percentiles) return {};
+    const Range columns{0, std::min(info_.columns, kMostAlong), 0.0, 1.0 * info_.columns};
+    const Range rows{0, std::min(info_.rows, kMostAlong), 0.0, 1.0 * info_.rows};
+    const auto count =
+        static_cast<std::size_t>(columns.count) * static_cast<std::size_t>(rows.count);
+    const QuietGdal quiet;
+    for (std::size_t i = 0; i < stretch_.size(); ++i) {
+        std::vector<float> values(count);
+        std::vector<std::uint8_t> mask(count);
+        auto read = read_band(info_.bands[i], false, columns, rows, GDT_Float32, values.data());
+        if (read) read = read_band(info_.bands[i], true, columns, rows, GDT_Byte, mask.data());
+        if (!read) return fail(read.error().code, read.error().message + ": " + quiet.message());
+        std::vector<float> sorted;
+        for (std::size_t at = 0; at < count; ++at) {
+            if (mask[at] > 0 && std::isfinite(values[at])) sorted.push_back(values[at]);
+        }
+        if (sorted.empty()) continue;  // nothing is displayed
+        std::sort(sorted.begin(), sorted.end());
+        const auto at_percent = [&](double percent) {
+            const double place = 0.01 * percent * static_cast<double>(sorted.size() - 1);
+            return double{sorted[static_cast<std::size_t>(std::lround(place))]};
+        };
+        stretch_[i] = {at_percent((*settings.percentiles)[0]),
+                       at_percent((*settings.percentiles)[1])};
+    }
+    return {};
+}
+
+Result<void> ImageryFile::read_stretched(std::size_t band, const Range& columns, const Range& rows,
+                                         std::span<std::uint8_t> values_out) const {
+    std::vector<float> raw(values_out.size());
+    TERRANE_TRY(read_band(info_.bands[band], false, columns, rows, GDT_Float32, raw.data()));
+    const auto [black, white] = stretch_[band];
+    for (std::size_t i = 0; i < raw.size(); ++i) {
+        // a band with one value is white
+        const double share = white > black ? (double{raw[i]} - black) / (white - black) : 1.0;
+        const double shown = share > 0.0 ? std::pow(std::min(share, 1.0), exponent_) : 0.0;
+        values_out[i] = static_cast<std::uint8_t>(std::lround(255.0 * shown));
+    }
+    return {};
+}
+
 Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns, const Range& rows,
-                                    std::span<std::uint8_t> values_out) const {
+                                    GDALDataType type, void* values_out) const {
     GDALRasterBand* from = dataset_->GetRasterBand(band);
     if (is_mask) from = from->GetMaskBand();
     GDALRasterIOExtraArg extra;
@@ -226,8 +293,8 @@ Result<void> ImageryFile::read_band(int band, bool is_mask, const Range& columns
         return std::min(static_cast<int>(std::ceil(range.high)), most) - begin(range.low);
     };
     if (from->RasterIO(GF_Read, begin(columns.low), begin(rows.low), count(columns, info_.columns),
-                       count(rows, info_.rows), values_out.data(), columns.count, rows.count,
-                       GDT_Byte, 0, 0, &extra) == CE_None) {
+                       count(rows, info_.rows), values_out, columns.count, rows.count, type, 0, 0,
+                       &extra) == CE_None) {
         return {};
     }
     return fail(ErrorCode::io, "cannot read " + named_raster(path_));
@@ -270,8 +337,11 @@ Result<void> ImageryFile::read(const WorldRect& square, int side,
         const QuietGdal quiet;
         for (std::size_t i = 0; i <= band_count; ++i) {
             const bool is_mask = i == band_count;
-            const auto read = read_band(info_.bands[is_mask ? 0 : i], is_mask, columns, rows,
-                                        std::span(values).subspan(i * count, count));
+            const auto out = std::span(values).subspan(i * count, count);
+            const auto read = stretch_.empty() || is_mask
+                                  ? read_band(info_.bands[is_mask ? 0 : i], is_mask, columns, rows,
+                                              GDT_Byte, out.data())
+                                  : read_stretched(i, columns, rows, out);
             if (!read)
                 return fail(read.error().code, read.error().message + ": " + quiet.message());
         }
@@ -347,6 +417,24 @@ Result<void> check_settings(const ImageryRasterSettings& settings) {
         return fail(ErrorCode::invalid_argument,
                     "bands must be none, one for grey or three for red, green and blue, got " +
                         number_text(settings.bands.size()));
+    }
+    const auto check_pair = [](const std::string& name, const std::array<double, 2>& pair,
+                               double low, double high) -> Result<void> {
+        if (pair[0] >= low && pair[1] <= high && pair[0] < pair[1]) return {};
+        return fail(ErrorCode::invalid_argument, name + " must be two ascending numbers from " +
+                                                     number_text(low) + " to " + number_text(high) +
+                                                     ", got " + number_text(pair[0]) + " and " +
+                                                     number_text(pair[1]));
+    };
+    if (settings.limits) TERRANE_TRY(check_pair("limits", *settings.limits, -1e30, 1e30));
+    if (settings.percentiles)
+        TERRANE_TRY(check_pair("percentiles", *settings.percentiles, 0.0, 100.0));
+    if (settings.limits && settings.percentiles) {
+        return fail(ErrorCode::invalid_argument, "give limits or percentiles, not both");
+    }
+    if (!(settings.gamma >= 0.1 && settings.gamma <= 10.0)) {
+        return fail(ErrorCode::invalid_argument,
+                    "gamma must be 0.1 to 10, got " + number_text(settings.gamma));
     }
     if (settings.read_timeout > 0.0) return {};
     return fail(ErrorCode::invalid_argument,

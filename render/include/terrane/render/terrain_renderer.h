@@ -44,6 +44,31 @@ struct Colour {
     float red = 0.0f, green = 0.0f, blue = 0.0f;  ///< with display gamma
 };
 
+/// Colours and patterns of the ground's materials.
+enum class GroundPalette {
+    alpine,     ///< meadows, shrub, scree and rock below snow
+    temperate,  ///< woods and meadows, rock only on steep slopes
+    desert,     ///< sand with ripples, dry shrub, red rock with beds
+    moon,       ///< grey dust with craters
+    imagery,    ///< muted colours, for ground that imagery covers for the most part
+};
+
+/// The ground in materials: turf, shrub, soil, scree, rock and snow, chosen by slope, height, curvature and moisture,
+/// with detail down to millimetres that does not repeat. The textures are made in TerrainRenderer::create().
+struct GroundLookSettings {
+    GroundPalette palette = GroundPalette::alpine;  ///< colours and patterns
+    /// Height above which snow lies on ground that is not steep, metres, within +-1e9; absent: by the palette, between
+    /// tint_low and tint_high. Palettes without snow have pale sand or dust there.
+    std::optional<double> snow_line = {};
+    /// Slope from which the ground is rock, rise over run, 0 to 100; absent: by the palette.
+    std::optional<double> rock_slope = {};
+    /// Share of light that hollows lose to the ground around them, 0 to 1.
+    double occlusion = 0.6;
+    /// Largest anisotropy of the texture's filter, 1 to 16; a software rasteriser has 1, and other devices at most what
+    /// they support. With 1 the ground is slightly blurred in the distance.
+    int anisotropy = 8;
+};
+
 /// Light, haze, tints and quality of TerrainRenderer.
 struct RendererSettings {
     Eigen::Vector3d sun_direction = Eigen::Vector3d(-0.5, 0.4, 0.77);  ///< towards the sun
@@ -82,6 +107,12 @@ struct RendererSettings {
     /// Height of still water, metres, within +-1e9; absent: no water. The water covers all lower ground, and extends
     /// beyond the world. It is computed while ground and objects are shaded, without triangles or passes of its own.
     std::optional<double> water_level = {};
+    /// Whether the water has waves that move with set_time(), and a soft shore. Ground exactly at the water's level, as
+    /// seas in rasters are, is then water without a visible bottom. Without it the water is still, with a sharp edge.
+    bool has_waves = false;
+    /// Materials of the ground, in place of the tints; absent: the tints. They take 9.8 MB of textures and half the
+    /// memory of slopes. Imagery covers their colours, and they add the detail that is finer than its texels.
+    std::optional<GroundLookSettings> ground_look = {};
     /// Imagery draped over the ground, in place of the tints wherever it has data; null: no imagery. A thread reads the
     /// imagery in squares, which fade in as they arrive.
     std::shared_ptr<const ImagerySource> imagery = {};
@@ -161,6 +192,10 @@ public:
     ///                impostor or range that does not exist, and for numbers that are not finite or out of range
     Result<void> draw(const TerrainMesh& mesh, const View& view,
                       std::span<const DrawnObject> objects = {}, const SceneDraws& scene = {});
+
+    /// Sets the time of moving water for the following calls of draw(), seconds, 0 at first. The same time gives the
+    /// same waves. Fails with invalid_argument for a time that is not finite.
+    Result<void> set_time(double seconds);
 
     /// Uploads a mesh of objects. It stays on the device until remove_mesh() or the destructor.
     ///

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// Materials of the ground: which material covers a point, and its albedo, normal and roughness. See ground_materials.h.
+//
+// A layer of the texture has one material at any scale. A pixel is covered by two neighbouring scales of a ladder, whose
+// periods grow by kScaleRatio; its size selects them, so that the texels are about as large as pixels at any distance.
+// Repetition is broken by an offset for each half period.
+//
+// Sources: E. Heitz, F. Neyret. High-Performance By-Example Noise using a Histogram-Preserving Blending Operator.
+//            Proc. ACM Comput. Graph. Interact. Tech. 1(2), 2018 (offsets by cell, blending that keeps the variance).
+//          M. Oren, S. Nayar. Generalization of Lambert's Reflectance Model. SIGGRAPH 1994 (rough surfaces).
+// Deviations: the textures are made with a nearly normal histogram, so that it is not transformed. Cells are halves of
+//             squares, and their weights are sharpened, so that most pixels need one lookup for each scale.
+
+// ANISOTROPY, that of the texture's filter, is defined by the program.
+
+#ifdef MATERIALS
+layout(binding = 12) uniform sampler2DArray materials;  // rg: slopes, b: tone, a: height, all with mean 1/2
+
+// see ground_materials.cpp
+layout(std140, binding = 5) uniform Ground {
+    vec4 dark[6];           // of each material, rgb: albedo at tone 0, w: roughness
+    vec4 light[6];          // rgb: albedo at tone 1, w: factor of the slopes
+    vec4 lines;             // x: height of the snow line, y: 1 / width of its transition, z: steepness of rock,
+                            // w: occlusion
+    vec4 cover;             // shares of x: shrub, y: bare soil, z: scree, w: macro variation
+    vec4 place[5];          // xyz: position of the eye in its period, 0 to 1, w: 1 / period, 1/m
+    ivec4 cell[5] ;     // xyz: number of that period, modulo 2^32
+} materials_of;
+
+// Layers of the texture: six materials, and noise over large distances in all four channels.
+const int kTurf = 0, kShrub = 1, kSoil = 2, kScree = 3, kRock = 4, kSnow = 5, kLarge = 6;
+// Number of scales. kLarge covers the ground at the last one.
+const int kScales = 5;
+const float kMaterialTexels = 512.0;
+const float kScaleRatio = 8.0;
+// A scale's share of the step to the next one over which both are blended.
+const float kScaleFrom = 0.50, kScaleTo = 1.00;
+// Difference of the weights of a cell's corners over which both are blended.
+const float kBetweenCorners = 0.12;
+// Share of the second material in a pixel up to which only the first is drawn.
+const float kLeastShare = 0.20;
+// Components of the normal up to this have no plane of projection.
+const float kLeastPlane = 0.52;
+
+// What is known of a point of the ground before its material.
+struct GroundPoint {
+    vec3 p_eye;
+    vec3 along;       // unit, from the eye
+    float pixel_m;    // size of a pixel across the ray, metres
+    vec3 normal;      // of the samples
+    vec2 lie;         // x: steepness over about 16 m, 1 - z of the normal, y: bend over about 128 m, above 0 in hollows
+    float height_m;
+    float above_water_m;  // 1e9 without water
+};
+struct GroundSurface {
+    vec3 albedo;
+    vec3 normal;
+    float roughness;
+    float tone;  // albedo relative to the mean of its material
+};
+
+vec2 offset_of(ivec2 corner, int salt) {
+    uint hash = uint(corner.x) * 0x9e3779b1u ^ uint(corner.y) * 0x85ebca77u ^ uint(salt) * 0xc2b2ae3du;
+    hash = (hash ^ (hash >> 15)) * 0x2c1b3c6du;
+    hash ^= hash >> 13;
+    return vec2(float(hash & 0xffffu), float(hash >> 16)) / 65536.0;
+}
+
+// The two heaviest corners of a triangle of half periods, and their weights; the second is 0 for most places.
+// at, period: place in the eye's period, and number of that period
+struct Corners {
+    ivec2 first, second;
+    vec2 weights;
+};
+Corners corners_of(vec2 at, ivec2 period) {
+    vec2 place = 2.0 * at;
+    vec2 corner = floor(place);
+    vec2 inside = place - corner;
+    ivec2 south_west = ivec2(corner) + 2 * period;
+    ivec2 beside = inside.x > inside.y ? ivec2(1, 0) : ivec2(0, 1);
+    float a = 1.0 - max(inside.x, inside.y), b = abs(inside.x - inside.y), c = min(inside.x, inside.y);
+    bool is_a = a >= b && a >= c, is_b = !is_a && b >= c;
+    ivec2 first = is_a ? ivec2(0) : (is_b ? beside : ivec2(1));
+    bool is_second_a = !is_a && (is_b ? a >= c : a >= b), is_second_b = !is_b && (is_a ? b >= c : !is_second_a);
+    ivec2 second = is_second_a ? ivec2(0) : (is_second_b ? beside : ivec2(1));
+    float most = max(a, max(b, c));
+    float middle = a + b + c - most - min(a, min(b, c));
+    float share = max(0.5 - 0.5 * (most - middle) / kBetweenCorners, 0.0);
+    vec2 weights = vec2(1.0 - share, share);
+    return Corners(south_west + first, south_west + second, weights * inversesqrt(dot(weights, weights)));
+}
+
+// Heaviest and second heaviest material, and the weight of the second, 0 to 1/2.
+struct Cover {
+    int first, second;
+    float weights[2];
+};
+void consider(int layer, float weight, inout Cover cover) {
+    bool is_first = weight > cover.weights[0];
+    bool is_second = weight > cover.weights[1];
+    cover.second = is_first ? cover.first : (is_second ? layer : cover.second);
+    cover.weights[1] = is_first ? cover.weights[0] : (is_second ? weight : cover.weights[1]);
+    cover.first = is_first ? layer : cover.first;
+    cover.weights[0] = is_first ? weight : cover.weights[0];
+}
+
+// Share of moisture, 0 to 1: hollows, and ground just above the water.
+float moisture_of(GroundPoint at) {
+    float hollow = smoothstep(0.005, 0.10, at.lie.y) * (1.0 - smoothstep(0.03, 0.20, at.lie.x));
+    return max(0.6 * hollow, 1.0 - smoothstep(0.1, 1.2, at.above_water_m));
+}
+
+Cover cover_of(GroundPoint at, vec4 large, float moisture) {
+    // mostly over a fixed baseline, so that the cover does not depend on the distance
+    float steep = mix(at.lie.x, 1.0 - at.normal.z, 0.35) + 0.12 * large.z;
+    float high = (at.height_m - frame.tint.x) * frame.tint.y + 0.12 * large.z;
+    float cold = (at.height_m - materials_of.lines.x) * materials_of.lines.y + 1.1 * large.z;
+    float rest = 1.0;
+    Cover cover = Cover(kTurf, kTurf, float[2](0.0, 0.0));
+    float rock_from = materials_of.lines.z;
+    // snow stays on ground less steep than rock, longer in hollows
+    float snow = smoothstep(-0.5, 0.5, cold + 2.0 * at.lie.y) *
+                 (1.0 - smoothstep(rock_from + 0.02, rock_from + 0.16, steep));
+    consider(kSnow, snow, cover);
+    rest -= snow;
+    float rock = rest * smoothstep(rock_from, rock_from + 0.10, steep);
+    consider(kRock, rock, cover);
+    rest -= rock;
+    float scree = rest * clamp(smoothstep(0.0, 0.25, high - materials_of.cover.z) +
+                               0.8 * smoothstep(rock_from - 0.04, rock_from + 0.02, steep), 0.0, 1.0);
+    consider(kScree, scree, cover);
+    rest -= scree;
+    float soil = rest * max(smoothstep(0.10, 0.26, materials_of.cover.y + 0.3 * large.x - 0.15 -
+                                                    2.0 * at.lie.y - 0.2 * moisture),
+                            1.0 - smoothstep(0.8, 2.5, at.above_water_m - 2.0 * large.z));
+    consider(kSoil, soil, cover);
+    rest -= soil;
+    float shrub = rest * smoothstep(-0.10, 0.14, materials_of.cover.x + large.z + 1.5 * at.lie.y - 0.5 * high);
+    consider(kShrub, shrub, cover);
+    consider(kTurf, rest - shrub, cover);
+    return cover;
+}
+
+// The surface of the ground at a point.
+GroundSurface ground_surface(GroundPoint at) {
+    // the pixel's axes on the ground: away from the eye it is longer
+    float facing = max(abs(dot(at.along, at.normal)), 0.08);
+    vec3 across = cross(at.along, at.normal);
+    across *= at.pixel_m * inversesqrt(max(dot(across, across), 1e-6));
+    vec3 away = at.along - at.normal * dot(at.along, at.normal);
+    away *= at.pixel_m * inversesqrt(max(dot(away, away), 1e-6)) / (ANISOTROPY > 1 ? facing : sqrt(facing));
+
+    vec4 last_place = materials_of.place[kScales - 1];
+    vec4 large = textureGrad(materials, vec3(last_place.xy + at.p_eye.xy * last_place.w, float(kLarge)),
+                             across.xy * last_place.w, away.xy * last_place.w) - 0.5;
+    float moisture = moisture_of(at);
+    Cover cover = cover_of(at, large, moisture);
+    float share = cover.weights[1] / (cover.weights[0] + cover.weights[1]);
+
+    float footprint = at.pixel_m * inversesqrt(facing);
+    float wanted = log2(footprint * kMaterialTexels * materials_of.place[0].w) / log2(kScaleRatio);
+    wanted = clamp(wanted, 0.0, float(kScales - 1));
+    int scale = min(int(wanted), kScales - 2);
+    float next = smoothstep(kScaleFrom, kScaleTo, wanted - float(scale));
+    vec2 scales = vec2(1.0 - next, next);
+    scales *= inversesqrt(dot(scales, scales));
+    vec3 planes = max(abs(at.normal) - kLeastPlane, 0.0);
+    planes *= planes;
+    planes /= planes.x + planes.y + planes.z;
+    float second = share > kLeastShare ? 0.5 * smoothstep(kLeastShare, 0.5, share) : 0.0;
+
+    // Lookups, a bit each: 3 for the plane's axis, times 2 for the scale, times 2 for the material, times 2 for the
+    // corner. The corner's bit is added where it is needed. One loop, because a software rasteriser executes nested
+    // ones and branches slowly.
+    int axes = (planes.x > 0.0 ? 1 : 0) | (planes.y > 0.0 ? 2 : 0) | (planes.z > 0.0 ? 4 : 0);
+    int lookups = (scales.x > 0.0 ? axes : 0) | (scales.y > 0.0 ? axes << 3 : 0);
+    lookups |= second > 0.0 ? lookups << 6 : 0;
+    vec4 details[2] = vec4[2](vec4(0.0), vec4(0.0));  // xyz: slopes, w: tone
+    vec2 heights = vec2(0.0);
+    while (lookups != 0) {
+        int bit = findLSB(lookups);
+        lookups &= lookups - 1;
+        bool is_corner = bit >= 12;
+        int of = is_corner ? bit - 12 : bit;
+        bool is_second = of >= 6;
+        of = is_second ? of - 6 : of;
+        bool is_next = of >= 3;
+        int axis = is_next ? of - 3 : of;
+        bool is_x = axis == 0, is_z = axis == 2;
+        vec4 place = materials_of.place[scale + (is_next ? 1 : 0)];
+        ivec3 period = materials_of.cell[scale + (is_next ? 1 : 0)].xyz;
+        vec3 p = place.xyz + at.p_eye * place.w;
+        vec2 on = is_z ? p.xy : (is_x ? p.yz : p.xz);
+        Corners corners = corners_of(on, is_z ? period.xy : (is_x ? period.yz : period.xz));
+        lookups |= !is_corner && corners.weights.y > 0.0 ? 1 << (bit + 12) : 0;
+        int layer = is_second ? cover.second : cover.first;
+        vec2 shorter = is_z ? across.xy : (is_x ? across.yz : across.xz);
+        vec2 longer = is_z ? away.xy : (is_x ? away.yz : away.xz);
+        vec3 texel_at = vec3(on + offset_of(is_corner ? corners.second : corners.first, layer), float(layer));
+        vec4 texel = textureGrad(materials, texel_at, shorter * place.w, longer * place.w) - 0.5;
+        float weight = (is_z ? planes.z : (is_x ? planes.x : planes.y)) * (is_next ? scales.y : scales.x) *
+                       (is_corner ? corners.weights.y : corners.weights.x);
+        texel *= weight;
+        vec4 detail = vec4(is_x ? 0.0 : texel.x, is_z ? texel.y : (is_x ? texel.x : 0.0), is_z ? 0.0 : texel.y, texel.z);
+        details[0] += is_second ? vec4(0.0) : detail;
+        details[1] += is_second ? detail : vec4(0.0);
+        heights += is_second ? vec2(0.0, texel.w) : vec2(texel.w, 0.0);
+    }
+
+    // the higher texture covers the lower one
+    second = second > 0.0 ? clamp(second + 2.5 * second * (heights.y - heights.x), 0.0, 1.0) : 0.0;
+    GroundSurface made;
+    vec4 dark = materials_of.dark[cover.first], light = materials_of.light[cover.first];
+    vec4 other_dark = materials_of.dark[cover.second], other_light = materials_of.light[cover.second];
+    float variation = materials_of.cover.w * large.y;
+    vec2 tones = clamp(0.5 + variation + vec2(details[0].w, details[1].w), 0.0, 1.0);
+    made.albedo = mix(mix(dark.rgb, light.rgb, tones.x), mix(other_dark.rgb, other_light.rgb, tones.y), second);
+    made.tone = 0.5 + mix(tones.x, tones.y, second);
+    made.roughness = mix(mix(dark.w, other_dark.w, second), 0.1, moisture);
+    vec3 rise = mix(light.w * details[0].xyz, other_light.w * details[1].xyz, second);
+    // hollows see less of the sky
+    float occlusion = materials_of.lines.w * clamp(5.0 * at.lie.y, -0.25, 1.0);
+    made.albedo *= (1.0 - 0.45 * moisture) * (1.0 - 0.6 * occlusion) * (1.0 + materials_of.cover.w * large.z);
+    // the samples already have the slopes of larger pixels
+    float finer = clamp(0.30 + 0.14 * log2(frame.grid.x / at.pixel_m), 0.15, 1.0);
+    made.normal = normalize(at.normal - finer * rise);
+    return made;
+}
+
+// Albedo that gives, under diffuse lighting, the light of a rough surface from the sun.
+vec3 rough_albedo(GroundSurface surface, vec3 along) {
+    float to_sun = max(dot(surface.normal, frame.sun.xyz), 0.0);
+    float to_eye = max(-dot(surface.normal, along), 0.05);
+    float between = -dot(frame.sun.xyz, along) - to_sun * to_eye;
+    float squared = surface.roughness * surface.roughness;
+    float a = 1.0 - 0.5 * squared / (squared + 0.33), b = 0.45 * squared / (squared + 0.09);
+    float factor = a + b * between / (between > 0.0 ? max(to_sun, to_eye) : 1.0);
+    return surface.albedo * clamp(factor, 0.4, 1.5);
+}
+#endif
