@@ -91,19 +91,25 @@ LegPlan make_orbit(const HeightSource& source, const PlanPlace& place, double sp
     return plan;
 }
 
-Result<LegPlan> make_canyon(const HeightSource& source, const WorldRect& region, double speed,
-                            double duration) {
-    constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature of fast paths
+// The plan, and all lines that it could have followed, its own first.
+struct CanyonPlan {
     LegPlan plan;
+    std::vector<std::vector<Vector2d>> lines;
+};
+
+Result<CanyonPlan> make_canyon(const HeightSource& source, const WorldRect& region, double speed,
+                               double duration) {
+    constexpr double kTurnTime = 8.0;  // seconds per turn: limits the curvature of fast paths
+    CanyonPlan canyon;
+    LegPlan& plan = canyon.plan;
     plan.duration = duration;
     plan.has_lean = true;
     const double length = speed * kLegStep * static_cast<double>(control_count(duration));
-    TERRANE_TRY(const std::vector<Vector2d> route,
-                find_canyon_route(source, region, length, kTurnTime * speed));
-    for (const Vector2d& p : resampled(route, speed * kLegStep)) {
+    TERRANE_TRY(canyon.lines, find_canyon_routes(source, region, length, kTurnTime * speed));
+    for (const Vector2d& p : resampled(canyon.lines.front(), speed * kLegStep)) {
         plan.control.emplace_back(p.x(), p.y(), 0.0);
     }
-    return plan;
+    return canyon;
 }
 
 // Back and forth, with a left half circle at each end. By default the first straight is centred on the region.
@@ -220,20 +226,28 @@ std::vector<LegPlan> make_teleports(const WorldRect& extent, double speed, doubl
 }
 
 // Lays a plan, from its start on, over ground that can be climbed.
+//
+// @param lines that the plan could have followed: a canyon's; none if the plan may be moved as a whole
 Result<void> lay_on_ground(const HeightSource& source, const PlanPlace& place, double speed,
-                           bool is_fixed, LegPlan& plan) {
+                           const std::vector<std::vector<Vector2d>>& lines, LegPlan& plan) {
     constexpr double kNearStart = 40.0;  // metres, reach of a given start
+    constexpr double kFarthest = 3.0;    // lengths of the path, reach of any other
     const auto start = static_cast<std::size_t>(kLegPad / kLegStep);
     const std::size_t count = plan.control.size();
     std::vector<Vector2d> line;
     for (std::size_t i = start; i < count; ++i) line.push_back(plan.control[i].head<2>());
     const double length = speed * plan.duration;
     const RouteFreedom freedom{
-        .max_slope = *place.max_slope,
+        .limits = *place.limits,
         .pivot = place.start_world ? Vector2d(*place.start_world) : middle(place.region),
-        .reach = place.start_world ? std::min(kNearStart, length) : length,
-        .is_fixed = is_fixed};
-    TERRANE_TRY(const auto route, lay_over_climbable_ground(line, source, freedom));
+        .reach = place.start_world ? std::min(kNearStart, length) : kFarthest * length,
+        .is_fixed = !lines.empty()};
+    std::vector<std::vector<Vector2d>> choices{line};
+    for (const std::vector<Vector2d>& other : lines) {
+        const std::vector<Vector2d> points = resampled(other, speed * kLegStep);
+        choices.emplace_back(points.begin() + static_cast<std::ptrdiff_t>(start), points.end());
+    }
+    TERRANE_TRY(const auto route, lay_over_climbable_ground(choices, source, freedom));
     if (!route) return {};
     const double step = speed * kLegStep;
     line = resampled(extended(route->line, step * static_cast<double>(count)), step);
@@ -256,9 +270,11 @@ Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSo
                                            const PlanPlace& place, double speed, double duration) {
     if (name == "teleports") return make_teleports(place.region, speed, duration);
     std::vector<LegPlan> legs;
+    std::vector<std::vector<Vector2d>> lines;
     if (name == "canyon") {
-        TERRANE_TRY(LegPlan canyon, make_canyon(source, place.region, speed, duration));
-        legs.push_back(std::move(canyon));
+        TERRANE_TRY(CanyonPlan canyon, make_canyon(source, place.region, speed, duration));
+        legs.push_back(std::move(canyon.plan));
+        lines = std::move(canyon.lines);
     } else if (name == "orbit") {
         legs.push_back(make_orbit(source, place, speed, duration));
     } else if (name == "turns") {
@@ -269,8 +285,8 @@ Result<std::vector<LegPlan>> plan_built_in(std::string_view name, const HeightSo
         TERRANE_ASSERT(name == "straight", "the name must be one of the built-in paths'");
         legs.push_back(make_straight(place, speed, duration));
     }
-    if (place.max_slope) {
-        TERRANE_TRY(lay_on_ground(source, place, speed, name == "canyon", legs.front()));
+    if (place.limits) {
+        TERRANE_TRY(lay_on_ground(source, place, speed, lines, legs.front()));
     }
     return legs;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "curve.h"
+#include "ground_route.h"
 
 #include <terrane/playback/camera_path.h>
 #include <terrane/terrain/height_source.h>
@@ -78,7 +79,7 @@ std::span<const std::string_view> built_in_names();
 struct PlanPlace {
     WorldRect region;
     std::optional<WorldVec2> start_world;
-    std::optional<double> max_slope;
+    std::optional<GroundLimits> limits;  ///< absent: any ground
 };
 
 /// The legs of a built-in path in order of time; the camera jumps between two legs. A pure function of the arguments.

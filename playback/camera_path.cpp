@@ -134,6 +134,11 @@ Result<void> check_settings(const CameraPathSettings& settings) {
     TERRANE_TRY(check_range("start", settings.start, 0.0, std::numeric_limits<double>::max()));
     TERRANE_TRY(check_positive("seconds", settings.seconds));
     TERRANE_TRY(check_positive("max_slope", settings.max_slope));
+    TERRANE_TRY(check_positive("bump_reach", settings.bump_reach));
+    if (!(settings.max_bump > 0.0)) {
+        return fail(ErrorCode::invalid_argument,
+                    "max_bump must be above 0, got " + number_text(settings.max_bump));
+    }
     TERRANE_TRY(check_place(settings));
     return settings.seconds
                ? check_range("seconds", *settings.seconds, 0.0, CameraPathSettings::kMostSeconds)
@@ -186,13 +191,17 @@ Result<CameraPath> CameraPath::create(const std::string& built_in, const HeightS
         settings.speed.value_or(built_in == "spins" ? CameraPathSettings::kDefaultSpinSpeed
                                                     : CameraPathSettings::kDefaultSpeed);
     const double altitude = settings.altitude.value_or(CameraPathSettings::kDefaultAltitude);
+    std::optional<internal::GroundLimits> limits;
+    if (settings.max_slope) {
+        limits = {*settings.max_slope, settings.max_bump, settings.bump_reach};
+    }
     Legs path;
     path.duration = settings.seconds.value_or(CameraPathSettings::kDefaultSeconds);
     TERRANE_TRY(std::vector<internal::LegPlan> plans,
-                internal::plan_built_in(built_in, source,
-                                        {settings.region.value_or(source.extent()),
-                                         settings.start_world, settings.max_slope},
-                                        speed, path.duration));
+                internal::plan_built_in(
+                    built_in, source,
+                    {settings.region.value_or(source.extent()), settings.start_world, limits},
+                    speed, path.duration));
     double time = 0.0;
     for (internal::LegPlan& plan : plans) {
         if (time > 0.0) path.jumps.push_back(time);

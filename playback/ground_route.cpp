@@ -27,6 +27,7 @@ constexpr int kNodes = 192;            // nodes along a side of the search grid
 constexpr int kWindows = 5;            // candidate positions of the grid along a side
 constexpr int kProbes = 12;            // samples along a side for measuring roughness
 constexpr double kLeastSide = 6000.0;  // metres: smaller squares rarely contain a valley
+constexpr std::size_t kOverlaps = 4;   // sections of a valley that overlap
 constexpr double kCheapest = 0.03;     // cost of a valley floor relative to a ridge: limits detours
 
 struct Grid {
@@ -135,7 +136,8 @@ constexpr std::array<GridStep, 16> kSteps{{{-1, -1},
 constexpr std::size_t kNeighbours = 8;  // of a node: the first of kSteps
 
 // The cheapest path over a grid from some nodes, each with the cost of starting there, to the nearest goal (Dijkstra).
-// Ties go to the lower node index. Empty if there is no path of finite cost.
+// Ties go to the lower node index. Empty if there is no path of finite cost. The cost of a step may depend on the node
+// before it, itself at a start; the path is then only nearly the cheapest.
 template <class IsGoal, class StepCost>
 Route cheapest_route(std::size_t columns, std::size_t rows, std::span<const GridStep> steps,
                      const std::vector<std::pair<double, std::size_t>>& starts, IsGoal&& is_goal,
@@ -166,7 +168,8 @@ Route cheapest_route(std::size_t columns, std::size_t rows, std::span<const Grid
             const std::size_t row = node / columns + static_cast<std::size_t>(step[1]);
             if (column >= columns || row >= rows) continue;
             const std::size_t next = row * columns + column;
-            const double total = reached + step_cost(node, next);
+            const std::size_t before = from[node] == kNone ? node : from[node];
+            const double total = reached + step_cost(before, node, next);
             if (total < best[next]) {
                 best[next] = total;
                 from[next] = node;
@@ -189,7 +192,7 @@ Route cheapest_valley(const std::vector<double>& cost, bool to_north) {
     const auto is_goal = [to_north](std::size_t node) {
         return (to_north ? node / kNodes : node % kNodes) == kNodes - 1;
     };
-    const auto step_cost = [&cost](std::size_t a, std::size_t b) {
+    const auto step_cost = [&cost](std::size_t, std::size_t a, std::size_t b) {
         const bool is_diagonal = a % kNodes != b % kNodes && a / kNodes != b / kNodes;
         const double distance = is_diagonal ? 1.4142135623730951 : 1.0;
         return distance * 0.5 * (cost[a] + cost[b]);
@@ -211,10 +214,9 @@ std::vector<Vector2d> smoothed_line(const std::vector<Vector2d>& line, std::ptrd
     return result;
 }
 
-// The section of `count` consecutive points with the least total cost; ties go to the first.
-std::vector<Vector2d> cheapest_section(const std::vector<Vector2d>& line, std::size_t count,
-                                       const Grid& grid, const std::vector<double>& cost) {
-    if (line.size() <= count) return line;
+// Index of the section of `count` consecutive points with the least total cost; ties go to the first.
+std::size_t cheapest_section(const std::vector<Vector2d>& line, std::size_t count, const Grid& grid,
+                             const std::vector<double>& cost) {
     std::vector<double> sums{0.0};  // prefix sums of the cost
     for (const Vector2d& p : line) {
         const double column = std::floor((p.x() - grid.west) / grid.spacing + 0.5);
@@ -228,7 +230,12 @@ std::vector<Vector2d> cheapest_section(const std::vector<Vector2d>& line, std::s
     for (std::size_t first = 1; first + count <= line.size(); ++first) {
         if (sums[first + count] - sums[first] < sums[best + count] - sums[best]) best = first;
     }
-    const auto begin = line.begin() + static_cast<std::ptrdiff_t>(best);
+    return best;
+}
+
+std::vector<Vector2d> section_of(const std::vector<Vector2d>& line, std::size_t first,
+                                 std::size_t count) {
+    const auto begin = line.begin() + static_cast<std::ptrdiff_t>(first);
     return {begin, begin + static_cast<std::ptrdiff_t>(count)};
 }
 
@@ -244,8 +251,9 @@ std::vector<Vector2d> extended(const std::vector<Vector2d>& line, double length)
     return result;
 }
 
-Result<std::vector<Vector2d>> find_canyon_route(const HeightSource& source, const WorldRect& region,
-                                                double length, double turn_length) {
+Result<std::vector<std::vector<Vector2d>>> find_canyon_routes(const HeightSource& source,
+                                                              const WorldRect& region,
+                                                              double length, double turn_length) {
     const double limit = 0.94 * std::min(region.east - region.west, region.north - region.south);
     const double side = std::min(limit, std::max({1.2 * length, 8.0 * turn_length, kLeastSide}));
     Grid grid = place_grid(source, region, side);
@@ -263,22 +271,35 @@ Result<std::vector<Vector2d>> find_canyon_route(const HeightSource& source, cons
     const std::vector<double> cost = cost_of(grid.value);
     const Route eastward = cheapest_valley(cost, false);
     const Route northward = cheapest_valley(cost, true);
-    const Route& route = northward.cost < eastward.cost ? northward : eastward;
+    const bool is_northward = northward.cost < eastward.cost;
 
-    std::vector<Vector2d> line;
-    for (const std::size_t node : route.nodes) {
-        const std::size_t column = node % kNodes, row = node / kNodes;
-        line.emplace_back(grid.west + static_cast<double>(column) * grid.spacing,
-                          grid.south + static_cast<double>(row) * grid.spacing);
+    std::vector<std::vector<Vector2d>> sections;
+    for (const Route* route :
+         {is_northward ? &northward : &eastward, is_northward ? &eastward : &northward}) {
+        std::vector<Vector2d> line;
+        for (const std::size_t node : route->nodes) {
+            const std::size_t column = node % kNodes, row = node / kNodes;
+            line.emplace_back(grid.west + static_cast<double>(column) * grid.spacing,
+                              grid.south + static_cast<double>(row) * grid.spacing);
+        }
+        // Smoothing over the turn length removes the corners of the path on the grid.
+        const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
+        const auto half_width = static_cast<std::ptrdiff_t>(turn_length / spacing / 6.0) + 1;
+        line = resampled(extended(line, 0.5 * length + turn_length), spacing);
+        line = smoothed_line(smoothed_line(line, half_width), half_width);
+        line = resampled(line, spacing);
+
+        const std::size_t count =
+            std::min(line.size(), static_cast<std::size_t>(length / spacing) + 2);
+        if (sections.empty()) {
+            sections.push_back(section_of(line, cheapest_section(line, count, grid, cost), count));
+        }
+        for (std::size_t first = 0; first + count <= line.size(); first += count / kOverlaps + 1) {
+            sections.push_back(section_of(line, first, count));
+            sections.emplace_back(sections.back().rbegin(), sections.back().rend());
+        }
     }
-    // Smoothing over the turn length removes the corners of the path on the grid.
-    const double spacing = std::max(turn_length / 100.0, grid.spacing / 4.0);
-    const auto half_width = static_cast<std::ptrdiff_t>(turn_length / spacing / 6.0) + 1;
-    line = resampled(extended(line, 0.5 * length + turn_length), spacing);
-    line = smoothed_line(smoothed_line(line, half_width), half_width);
-    line = resampled(line, spacing);
-
-    return cheapest_section(line, static_cast<std::size_t>(length / spacing) + 2, grid, cost);
+    return sections;
 }
 
 namespace {
@@ -286,20 +307,24 @@ namespace {
 constexpr double kLeastStep = 1.0, kMostStep = 3.0;  // metres between nodes of a strip
 constexpr double kUsualSteps = 240.0;                // along a line
 constexpr double kMostSteps = 4096.0;
-constexpr int kHalfRows = 26;  // of a strip, on each side of its line
-constexpr std::size_t kRows = 2 * kHalfRows + 1;
-constexpr double kWantedUp = 0.6;  // wanted slope upward and across, relative to the limit
-constexpr double kWantedDown = 0.8;
+constexpr int kHalfRows = 26;           // of a strip, on each side of its line
+constexpr int kFineHalfRows = 10;       // of the strip along the route of a coarser one
+constexpr double kWantedSlope = 0.6;    // upward and across, relative to the limit
+constexpr double kWantedDown = 0.8;     // downward
+constexpr double kWantedBump = 0.6;     // along the way, relative to the limit
+constexpr double kBumpAcross = 0.5;     // weight of the squared bump across the way
 constexpr double kEasy = 0.3;           // share of the wanted slope that costs nothing
 constexpr double kSteepCost = 6.0;      // of the excess beyond kEasy, squared
 constexpr double kTooSteepCost = 20.0;  // beyond the wanted slope
 constexpr double kTooSteepRise = 50.0;  // of the excess beyond it
+constexpr double kTurnCost = 3.0;       // metres, of the squared angle between two steps
 constexpr double kNoGroundCost = 1e4;
-constexpr double kAsideCost = 0.3;      // at the edge of a strip
-constexpr double kFold = 0.7;           // most share of a bend's radius on its inner side
-constexpr double kStartWeight = 5.0;    // steps that the start counts for
-constexpr double kFarCost = 0.5;        // of a move by `reach`
-constexpr std::size_t kFinalists = 12;  // placements whose strips are searched
+constexpr double kAsideCost = 0.3;    // at the edge of a strip
+constexpr double kFold = 0.7;         // most share of a bend's radius on its inner side
+constexpr double kStartWeight = 5.0;  // steps that the start counts for
+constexpr double kFarCost = 0.5;      // of a move by `reach`
+constexpr std::array<double, 5> kFar{0.0, 0.125, 0.25, 0.5, 1.0};  // moves relative to `reach`
+constexpr std::size_t kFinalists = 30;  // placements whose strips are searched
 constexpr double kHalfRoot = 0.7071067811865476;
 constexpr std::array<std::array<double, 2>, 8> kHeadings{{{1.0, 0.0},
                                                           {kHalfRoot, kHalfRoot},
@@ -310,26 +335,37 @@ constexpr std::array<std::array<double, 2>, 8> kHeadings{{{1.0, 0.0},
                                                           {-kHalfRoot, -kHalfRoot},
                                                           {-1.0, 0.0}}};
 
-// Slope of the ground at a point, and whether there is ground.
+// Directions of bumps: a half turn in four steps.
+constexpr std::array<std::array<double, 2>, 4> kBumpWays{
+    {{1.0, 0.0}, {kHalfRoot, kHalfRoot}, {0.0, 1.0}, {-kHalfRoot, kHalfRoot}}};
+
+// The ground at a point, and whether there is any.
 struct Footing {
     Vector2d slope = Vector2d::Zero();  // rise over run, towards east and north
+    // height above the mean of the ground on both sides, along each of kBumpWays, metres
+    std::array<double, 4> bump{};
     bool is_ground = true;
 };
 
 class ClimbedGround {
 public:
-    ClimbedGround(const HeightSource& source, double step, double max_slope)
-        : source_(source), reach_(0.5 * step), max_slope_(max_slope) {}
+    ClimbedGround(const HeightSource& source, const GroundLimits& limits)
+        : source_(source), limits_(limits) {}
 
     Result<Footing> at(const Vector2d& p) const {
         Footing footing;
         TERRANE_TRY(footing.is_ground, is_over_ground(source_, p.x(), p.y()));
-        const auto height = [&](double x, double y) {
-            return source_.height(p.x() + x * reach_, p.y() + y * reach_);
-        };
-        footing.slope =
-            Vector2d(height(1.0, 0.0) - height(-1.0, 0.0), height(0.0, 1.0) - height(0.0, -1.0)) /
-            (2.0 * reach_);
+        const double reach = limits_.bump_reach;
+        const double middle = source_.height(p.x(), p.y());
+        Vector2d sum(0.0, 0.0);
+        for (std::size_t i = 0; i < kBumpWays.size(); ++i) {
+            const Vector2d way(kBumpWays[i][0], kBumpWays[i][1]);
+            const double ahead = source_.height(p.x() + reach * way.x(), p.y() + reach * way.y());
+            const double behind = source_.height(p.x() - reach * way.x(), p.y() - reach * way.y());
+            footing.bump[i] = middle - 0.5 * (ahead + behind);
+            sum += (ahead - behind) * way;
+        }
+        footing.slope = sum / (4.0 * reach);  // of the plane with the least squared error
         if (!footing.slope.allFinite()) {
             return fail(ErrorCode::io, "the terrain cannot be read where the path would go");
         }
@@ -337,7 +373,10 @@ public:
     }
 
     bool can_be_climbed(const Footing& footing) const {
-        return footing.is_ground && footing.slope.norm() <= max_slope_;
+        return footing.is_ground && footing.slope.norm() <= limits_.max_slope &&
+               std::ranges::all_of(footing.bump, [this](double bump) {
+                   return std::abs(bump) <= limits_.max_bump;
+               });
     }
 
     // The cost of a metre in a direction of length 1; 1 on easy ground.
@@ -346,17 +385,33 @@ public:
         const Vector2d& slope = footing.slope;
         const double climb = slope.x() * along.x() + slope.y() * along.y();
         const double tilt = slope.x() * along.y() - slope.y() * along.x();
-        const double up = climb / ((climb > 0.0 ? kWantedUp : kWantedDown) * max_slope_);
-        const double across = tilt / (kWantedUp * max_slope_);
-        const double share = std::sqrt(up * up + across * across);
+        const double up = climb / ((climb > 0.0 ? kWantedSlope : kWantedDown) * limits_.max_slope);
+        const double across = tilt / (kWantedSlope * limits_.max_slope);
+        const double share = std::sqrt(up * up + across * across + square_bump(footing, along));
         const double beyond_easy = std::max(0.0, share - kEasy);
         const double too_steep = share > 1.0 ? kTooSteepCost + kTooSteepRise * (share - 1.0) : 0.0;
         return 1.0 + kSteepCost * beyond_easy * beyond_easy + too_steep;
     }
 
 private:
+    // The square of the bump along a direction, and some of that across it, relative to the wanted one.
+    double square_bump(const Footing& footing, const Vector2d& along) const {
+        const double wanted = kWantedBump * limits_.max_bump;
+        const double cosine = along.x() * along.x() - along.y() * along.y();  // of twice the angle
+        const double sine = 2.0 * along.x() * along.y();
+        const std::array<double, 4> weight{std::max(0.0, cosine), std::max(0.0, sine),
+                                           std::max(0.0, -cosine), std::max(0.0, -sine)};
+        double sum = 0.0, weights = 0.0;
+        for (std::size_t i = 0; i < weight.size(); ++i) {
+            const double bump = footing.bump[i], across = footing.bump[(i + 2) % 4];
+            sum += weight[i] * (bump * bump + kBumpAcross * across * across);
+            weights += weight[i];
+        }
+        return sum / (weights * wanted * wanted);
+    }
+
     const HeightSource& source_;
-    double reach_, max_slope_;
+    GroundLimits limits_;
 };
 
 // Unit vectors to the left of a line with equidistant points.
@@ -372,20 +427,20 @@ std::vector<Vector2d> normals_of(const std::vector<Vector2d>& line) {
 }
 
 // The cheapest route in a strip of nodes along a line, from any node of its first column to any of its last.
-Result<Route> find_in_strip(const std::vector<Vector2d>& line, double step,
+Result<Route> find_in_strip(const std::vector<Vector2d>& line, double step, int half_rows,
                             const ClimbedGround& ground, std::vector<Vector2d>& nodes_out) {
-    const std::size_t columns = line.size();
+    const std::size_t columns = line.size(), rows = 2 * static_cast<std::size_t>(half_rows) + 1;
     const std::vector<Vector2d> normals = normals_of(line);
-    std::vector<double> weight(columns * kRows, std::numeric_limits<double>::infinity());
-    std::vector<Footing> footing(columns * kRows);
-    nodes_out.resize(columns * kRows);
+    std::vector<double> weight(columns * rows, std::numeric_limits<double>::infinity());
+    std::vector<Footing> footing(columns * rows);
+    nodes_out.resize(columns * rows);
     for (std::size_t column = 0; column < columns; ++column) {
         const Vector2d& a = normals[column > 0 ? column - 1 : 0];
         const Vector2d& b = normals[std::min(column + 1, columns - 1)];
         const double bend = 0.5 * (a.x() * b.y() - a.y() * b.x()) / step;  // 1 / radius, left > 0
-        for (std::size_t row = 0; row < kRows; ++row) {
-            const double share = (static_cast<double>(row) - kHalfRows) / kHalfRows;
-            const double aside = share * kHalfRows * step;
+        for (std::size_t row = 0; row < rows; ++row) {
+            const double share = (static_cast<double>(row) - half_rows) / half_rows;
+            const double aside = share * half_rows * step;
             const std::size_t node = row * columns + column;
             nodes_out[node] = line[column] + aside * normals[column];
             if (aside * bend > kFold) continue;
@@ -394,22 +449,29 @@ Result<Route> find_in_strip(const std::vector<Vector2d>& line, double step,
         }
     }
     std::vector<std::pair<double, std::size_t>> starts;
-    for (std::size_t row = 0; row < kRows; ++row) {
+    for (std::size_t row = 0; row < rows; ++row) {
         const std::size_t node = row * columns;
         const Vector2d along(normals.front().y(), -normals.front().x());
         const double cost = kStartWeight * step * weight[node] * ground.cost(footing[node], along);
         if (std::isfinite(cost)) starts.emplace_back(cost, node);
     }
     const auto is_goal = [columns](std::size_t node) { return node % columns == columns - 1; };
-    const auto step_cost = [&](std::size_t from, std::size_t to) {
+    const auto step_cost = [&](std::size_t before, std::size_t from, std::size_t to) {
         const Vector2d way = nodes_out[to] - nodes_out[from];
         const double length = std::sqrt(way.x() * way.x() + way.y() * way.y());
         if (!(length > 0.0)) return 0.0;
-        return 0.5 * length *
-               (weight[from] * ground.cost(footing[from], way / length) +
-                weight[to] * ground.cost(footing[to], way / length));
+        double turn = 0.0;
+        if (const Vector2d old = nodes_out[from] - nodes_out[before]; before != from) {
+            const double scale = length * std::sqrt(old.x() * old.x() + old.y() * old.y());
+            const double cosine =
+                scale > 0.0 ? (old.x() * way.x() + old.y() * way.y()) / scale : 1.0;
+            turn = kTurnCost * 2.0 * (1.0 - cosine);
+        }
+        return turn + 0.5 * length *
+                          (weight[from] * ground.cost(footing[from], way / length) +
+                           weight[to] * ground.cost(footing[to], way / length));
     };
-    return cheapest_route(columns, kRows, kSteps, starts, is_goal, step_cost);
+    return cheapest_route(columns, rows, kSteps, starts, is_goal, step_cost);
 }
 
 std::vector<Vector2d> moved(const std::vector<Vector2d>& line, const Placement& placement) {
@@ -419,6 +481,7 @@ std::vector<Vector2d> moved(const std::vector<Vector2d>& line, const Placement& 
 }
 
 struct Candidate {
+    std::size_t line = 0;
     Placement placement;
     double cost = 0.0;  // a metre
 };
@@ -445,27 +508,31 @@ Result<double> rough_cost(const std::vector<Vector2d>& line, double step,
     return sum / count;
 }
 
-// The best places and headings of a line by their rough costs, best first; ties go to the nearest.
-Result<std::vector<Candidate>> rank_placements(const std::vector<Vector2d>& line, double step,
-                                               const ClimbedGround& ground,
+// The best lines, places and headings by their rough costs, best first; ties go to the first line and the nearest.
+Result<std::vector<Candidate>> rank_placements(const std::vector<std::vector<Vector2d>>& lines,
+                                               double step, const ClimbedGround& ground,
                                                const RouteFreedom& freedom) {
     std::vector<Candidate> candidates;
-    const auto add = [&](const Vector2d& move, const Vector2d& turn, double share) -> Result<void> {
+    const auto add = [&](std::size_t line, const Vector2d& move, const Vector2d& turn,
+                         double share) -> Result<void> {
         const Placement placement{freedom.pivot, freedom.pivot + move, turn};
-        TERRANE_TRY(const double rough, rough_cost(moved(line, placement), step, ground));
-        candidates.push_back({placement, rough + kFarCost * share});
+        TERRANE_TRY(const double rough, rough_cost(moved(lines[line], placement), step, ground));
+        candidates.push_back({line, placement, rough + kFarCost * share});
         return {};
     };
-    for (const double share : {0.0, 0.125, 0.25, 0.5, 1.0}) {
-        for (const auto& [east, north] : kHeadings) {
-            for (const auto& [cosine, sine] : kHeadings) {
-                TERRANE_TRY(add(share * freedom.reach * Vector2d(east, north),
-                                Vector2d(cosine, sine), share));
-                if (freedom.is_fixed) return candidates;
+    for (std::size_t line = 0; line < lines.size(); ++line) {
+        for (const double share : kFar) {
+            for (const auto& [east, north] : kHeadings) {
+                for (const auto& [cosine, sine] : kHeadings) {
+                    const double reach = share * freedom.reach;
+                    TERRANE_TRY(
+                        add(line, reach * Vector2d(east, north), Vector2d(cosine, sine), share));
+                    if (freedom.is_fixed) break;
+                }
+                if (freedom.is_fixed || share == 0.0 || freedom.reach == 0.0) break;
             }
-            if (share == 0.0 || freedom.reach == 0.0) break;
+            if (freedom.is_fixed || freedom.reach == 0.0) break;
         }
-        if (freedom.reach == 0.0) break;
     }
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
@@ -475,31 +542,34 @@ Result<std::vector<Candidate>> rank_placements(const std::vector<Vector2d>& line
 
 }  // namespace
 
-Result<std::optional<GroundRoute>> lay_over_climbable_ground(const std::vector<Vector2d>& line,
-                                                             const HeightSource& source,
-                                                             const RouteFreedom& freedom) {
+Result<std::optional<GroundRoute>> lay_over_climbable_ground(
+    const std::vector<std::vector<Vector2d>>& lines, const HeightSource& source,
+    const RouteFreedom& freedom) {
+    const std::vector<Vector2d>& line = lines.front();
     double length = 0.0;
     for (std::size_t i = 1; i < line.size(); ++i) length += (line[i] - line[i - 1]).norm();
     const double step =
         std::max(std::clamp(length / kUsualSteps, kLeastStep, kMostStep), length / kMostSteps);
-    const std::vector<Vector2d> guide = resampled(line, step);
-    if (guide.size() < 2) return std::nullopt;
-    const ClimbedGround ground(source, std::min(step, kMostStep), freedom.max_slope);
+    std::vector<std::vector<Vector2d>> guides;
+    for (const std::vector<Vector2d>& each : lines) guides.push_back(resampled(each, step));
+    if (guides.front().size() < 2) return std::nullopt;
+    const ClimbedGround ground(source, freedom.limits);
     bool is_climbable = true;
-    for (const Vector2d& p : guide) {
+    for (const Vector2d& p : guides.front()) {
         TERRANE_TRY(const Footing footing, ground.at(p));
         is_climbable = is_climbable && ground.can_be_climbed(footing);
     }
     if (is_climbable) return std::nullopt;
 
     TERRANE_TRY(const std::vector<Candidate> candidates,
-                rank_placements(guide, step, ground, freedom));
+                rank_placements(guides, step, ground, freedom));
     GroundRoute result;
     double least = std::numeric_limits<double>::infinity();
     for (const Candidate& candidate : candidates) {
         std::vector<Vector2d> nodes;
         TERRANE_TRY(const Route route,
-                    find_in_strip(moved(guide, candidate.placement), step, ground, nodes));
+                    find_in_strip(moved(guides[candidate.line], candidate.placement), step,
+                                  kHalfRows, ground, nodes));
         if (route.nodes.empty() || route.cost >= least) continue;
         least = route.cost;
         result.placement = candidate.placement;
@@ -507,14 +577,26 @@ Result<std::optional<GroundRoute>> lay_over_climbable_ground(const std::vector<V
         for (const std::size_t node : route.nodes) result.line.push_back(nodes[node]);
     }
     if (result.line.empty()) return std::nullopt;
-    // removes the corners of the route on the grid
-    const double spacing = 0.5 * step;
-    constexpr std::ptrdiff_t kHalfWidth = 3;
-    const double margin = 4.0 * kHalfWidth * spacing;
-    std::vector<Vector2d> smooth =
-        smoothed_line(resampled(extended(result.line, margin), spacing), kHalfWidth);
-    const auto cut = static_cast<std::ptrdiff_t>(margin / spacing);
-    result.line.assign(smooth.begin() + cut, smooth.end() - cut);
+    // removes the corners of a route on the grid
+    const auto rounded = [](const std::vector<Vector2d>& corners, double spacing) {
+        constexpr std::ptrdiff_t kHalfWidth = 3;
+        const double margin = 4.0 * kHalfWidth * spacing;
+        const std::vector<Vector2d> smooth =
+            smoothed_line(resampled(extended(corners, margin), spacing), kHalfWidth);
+        const auto cut = static_cast<std::ptrdiff_t>(margin / spacing);
+        return std::vector<Vector2d>(smooth.begin() + cut, smooth.end() - cut);
+    };
+    result.line = rounded(result.line, 0.5 * step);
+    // between the nodes of the coarse strip, nothing was looked at
+    const double fine_step = std::max(kLeastStep, length / kMostSteps);
+    if (!(fine_step < step)) return result;
+    std::vector<Vector2d> nodes;
+    TERRANE_TRY(const Route route, find_in_strip(resampled(result.line, fine_step), fine_step,
+                                                 kFineHalfRows, ground, nodes));
+    if (route.nodes.empty()) return result;
+    result.line.clear();
+    for (const std::size_t node : route.nodes) result.line.push_back(nodes[node]);
+    result.line = rounded(result.line, 0.5 * fine_step);
     return result;
 }
 

@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 namespace terrane::internal {
 namespace {
@@ -46,30 +47,31 @@ double aerosol_phase(double cosine) {
            ((2.0 + g * g) * base * std::sqrt(base));
 }
 
-// Distance along a ray to the sphere of a radius, its nearer or farther intersection; negative if there is none ahead.
-double to_sphere(double start_radius, double sine, double radius, bool is_nearer) {
-    const double middle = -start_radius * sine;
+// Distances along a ray's line to its nearer and farther intersection with a sphere; none if it misses the sphere.
+struct Crossing {
+    double nearer = 0.0, farther = 0.0;
+};
+std::optional<Crossing> crossing(double start_radius, double sine, double radius) {
     const double squared =
         radius * radius - start_radius * start_radius * (1.0 - sine) * (1.0 + sine);
-    if (squared < 0.0) return -1.0;
-    const double half = std::sqrt(squared);
-    return is_nearer ? middle - half : middle + half;
+    if (squared < 0.0) return std::nullopt;
+    const double middle = -start_radius * sine, half = std::sqrt(squared);
+    return Crossing{middle - half, middle + half};
 }
 
-// The part of a ray that is in the air, up to a sphere below.
+// The part of a ray that is in the air, up to a sphere below that does not enclose the start.
 struct AirPath {
     double begin = 0.0, end = 0.0;  // metres from the start; equal: none
     bool meets_planet = false;
 };
 AirPath path_in_air(double altitude, double sine, double floor_altitude) {
     const double start = kPlanetRadius + altitude;
-    AirPath path;
-    path.end = to_sphere(start, sine, kTopRadius, false);
-    if (path.end <= 0.0) return {};
-    if (start > kTopRadius) path.begin = std::max(to_sphere(start, sine, kTopRadius, true), 0.0);
-    const double to_planet = to_sphere(start, sine, kPlanetRadius + floor_altitude, true);
-    if (sine < 0.0 && to_planet >= 0.0) {
-        path.end = std::max(std::min(path.end, to_planet), path.begin);
+    const std::optional<Crossing> air = crossing(start, sine, kTopRadius);
+    if (!air || air->farther <= 0.0) return {};
+    AirPath path{std::max(air->nearer, 0.0), air->farther, false};
+    const std::optional<Crossing> planet = crossing(start, sine, kPlanetRadius + floor_altitude);
+    if (sine < 0.0 && planet) {
+        path.end = std::max(planet->nearer, path.begin);
         path.meets_planet = true;
     }
     return path;
@@ -212,7 +214,7 @@ Rgb Atmosphere::sunlight(double altitude, double sun_sine) const {
 Atmosphere::SunDepth Atmosphere::sun_depth(double sun_sine) const {
     constexpr int kSteps = 400;
     const double sine = std::max(sun_sine, 0.0);
-    const double length = to_sphere(kPlanetRadius, sine, kTopRadius, false);
+    const double length = crossing(kPlanetRadius, sine, kTopRadius)->farther;
     std::vector<double> bounds;
     append_steps(0.0, sine, {0.0, length, false}, kSteps, bounds);
     SunDepth depth{Rgb::Zero(), Rgb::Zero(), 0.0};
@@ -245,8 +247,11 @@ void Atmosphere::fill_multiple() {
         const double radius = kPlanetRadius + altitude;
         Rgb returned = Rgb::Zero();
         for (int elevation = 0; elevation < kElevations; ++elevation) {
-            const double sine = (2.0 * elevation + 1.0) / kElevations - 1.0;
+            // denser towards the horizon, where the light changes most
+            const double root = (2.0 * elevation + 1.0) / kElevations - 1.0;
+            const double sine = root * std::abs(root);
             const double cosine = std::sqrt(1.0 - sine * sine);
+            const double share = 2.0 * std::abs(root) / kElevations;  // of all directions
             const AirPath path = path_in_air(altitude, sine, 0.0);
             bounds.clear();
             append_steps(altitude, sine, path, kSteps, bounds);
@@ -269,8 +274,7 @@ void Atmosphere::fill_multiple() {
                             std::clamp((radius * sun_sine + distance * towards) / there, -1.0, 1.0);
                         const Rgb sun = sunlight(there - kPlanetRadius, local);
                         sum += weight * sun *
-                               ((is_planet ? std::max(local, 0.0) / kPi : kEven) /
-                                (kTurns * kElevations));
+                               ((is_planet ? std::max(local, 0.0) / kPi : kEven) * share / kTurns);
                     }
                 }
             };
@@ -282,7 +286,7 @@ void Atmosphere::fill_multiple() {
                 const Rgb step = (-(end - begin) * part.extinction).exp();
                 const Rgb scattering = part.rayleigh + part.aerosol;
                 const Rgb weight = passed * scattering * (1.0 - step) / part.extinction;
-                returned += weight / kElevations;
+                returned += share * weight;
                 add(middle, weight, false);
                 passed *= step;
                 begin = end;

@@ -331,7 +331,7 @@ std::vector<std::uint8_t> make_material_layer(GroundPalette palette, int layer) 
             const std::size_t at = index(column, row);
             const Texel texel =
                 is_noise
-                    ? Texel{fractal_noise(u, v, 5, 160, 0.62f, 91), 0.0f}
+                    ? Texel{fractal_noise(u, v, 16, 256, 0.62f, 91), 0.0f}
                     : texel_of(
                           palette_of(palette).materials[static_cast<std::size_t>(layer)].pattern, u,
                           v);

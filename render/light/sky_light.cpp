@@ -17,9 +17,11 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kSunIlluminance = 128'000.0;
 constexpr double kNightIlluminance = 1e-3;
 // Reflectance that the exposure is set for, and exposed light of a white surface per key value: level ground at noon
-// has about 1.1.
+// has about 1.3.
 constexpr double kMiddleGrey = 0.2;
-constexpr double kLightPerKey = 1.6;
+constexpr double kLightPerKey = 2.1;
+// Sine of the elevation at which the sky over the horizon is measured for the exposure, and weight of its light.
+constexpr double kHorizonSine = 0.09, kHorizonShare = 1.0;
 // Largest part of the sun's disc in a picture: brighter, it would lose its colour.
 constexpr double kMostDisc = 8.0;
 
@@ -43,7 +45,7 @@ struct AirBlock {
 };
 static_assert(sizeof(AirBlock) == 11 * 16);
 
-AirBlock::Vec4 pack(const Rgb& rgb, double w) {
+AirBlock::Vec4 packed(const Rgb& rgb, double w) {
     return {static_cast<float>(rgb[0]), static_cast<float>(rgb[1]), static_cast<float>(rgb[2]),
             static_cast<float>(w)};
 }
@@ -66,10 +68,14 @@ double sine_of(const RendererSettings& settings) {
 Daylight make_daylight(const Atmosphere& atmosphere, double sun_sine, double stops) {
     const Atmosphere::Ambient ambient = atmosphere.ambient(0.0, sun_sine);
     const Rgb sun = atmosphere.sunlight(0.0, sun_sine);
-    // mean irradiance of surfaces that face different ways
-    const double irradiance = luminance(ambient.up) +
-                              luminance(sun) * (0.25 + 0.5 * std::max(sun_sine, 0.0)) +
-                              kNightIlluminance / kSunIlluminance;
+    // the sky over the horizon, 45 degrees beside the sun: the brightest part of a view at dusk
+    const std::array<double, 1> beside{std::sqrt(0.5)};
+    std::array<Rgb, 1> horizon;
+    atmosphere.sky({0.0, kHorizonSine, sun_sine}, Rgb::Zero(), beside, horizon);
+    // mean irradiance of surfaces that face different ways, a share of the horizon's light, and starlight
+    const double irradiance =
+        luminance(ambient.up) + luminance(sun) * (0.25 + 0.5 * std::max(sun_sine, 0.0)) +
+        kHorizonShare * kPi * luminance(horizon[0]) + kNightIlluminance / kSunIlluminance;
     const double seen = kMiddleGrey / kPi * kSunIlluminance * irradiance;  // cd/m^2
     const double key = 1.03 - 2.0 / (2.0 + std::log10(seen + 1.0));
     Daylight light;
@@ -135,21 +141,21 @@ void SkyLight::prepare(double eye_altitude) {
     const AirPart air = atmosphere_.at(0.0);
     const double aerosol = air.extinction[1] - air.rayleigh[1];
     AirBlock block;
-    block.rayleigh = pack(log2e * air.rayleigh, log2e / kRayleighHeight);
-    block.aerosol = pack(Rgb::Constant(log2e * aerosol), log2e / kAerosolHeight);
+    block.rayleigh = packed(log2e * air.rayleigh, log2e / kRayleighHeight);
+    block.aerosol = packed(Rgb::Constant(log2e * aerosol), log2e / kAerosolHeight);
     block.rayleigh_depth =
-        pack(log2e * daylight_.rayleigh_depth, std::exp(-altitude / kRayleighHeight));
+        packed(log2e * daylight_.rayleigh_depth, std::exp(-altitude / kRayleighHeight));
     block.aerosol_depth =
-        pack(Rgb::Constant(log2e * daylight_.aerosol_depth), std::exp(-altitude / kAerosolHeight));
-    block.sun = pack(daylight_.sun * (-daylight_.ozone_depth).exp(), altitude);
+        packed(Rgb::Constant(log2e * daylight_.aerosol_depth), std::exp(-altitude / kAerosolHeight));
+    block.sun = packed(daylight_.sun * (-daylight_.ozone_depth).exp(), altitude);
     // the radiance of a disc, whose irradiance is spread over its solid angle
     const Rgb disc = daylight_.exposure / (kPi * kSunRadius * kSunRadius) *
                      atmosphere_.transmittance(altitude, sun_.z());
-    block.disc = pack(disc * std::min(1.0, kMostDisc / std::max(disc.maxCoeff(), 1e-30)),
+    block.disc = packed(disc * std::min(1.0, kMostDisc / std::max(disc.maxCoeff(), 1e-30)),
                       std::cos(kSunRadius));
-    block.ambient_side = pack(daylight_.side, 0.0);
-    block.ambient_rise = pack(0.5 * (daylight_.up - daylight_.down), 0.0);
-    block.ambient_bend = pack(0.5 * (daylight_.up + daylight_.down) - daylight_.side, 0.0);
+    block.ambient_side = packed(daylight_.side, 0.0);
+    block.ambient_rise = packed(0.5 * (daylight_.up - daylight_.down), 0.0);
+    block.ambient_bend = packed(0.5 * (daylight_.up + daylight_.down) - daylight_.side, 0.0);
     const double level = std::hypot(sun_.x(), sun_.y());
     const double horizon = horizon_sine(altitude);
     block.place = {level > 1e-6 ? static_cast<float>(sun_.x() / level) : 1.0f,

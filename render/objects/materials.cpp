@@ -196,8 +196,8 @@ void TextureStore::set_first(StoredTexture& texture, int first) const {
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_WRAP_S, wrap_of(texture.wrap_right));
     glTextureParameteri(name, GL_TEXTURE_WRAP_T, wrap_of(texture.wrap_up));
-    if (epoxy_has_gl_extension("GL_EXT_texture_filter_anisotropic") ||
-        epoxy_has_gl_extension("GL_ARB_texture_filter_anisotropic")) {
+    if (is_anisotropic_ && (epoxy_has_gl_extension("GL_EXT_texture_filter_anisotropic") ||
+                            epoxy_has_gl_extension("GL_ARB_texture_filter_anisotropic"))) {
         GLfloat most = 1.0f;
         glGetFloatv(GL_MAX_TEXTURE_MAX_ANISOTROPY, &most);
         glTextureParameterf(name, GL_TEXTURE_MAX_ANISOTROPY, std::min(kAnisotropy, most));

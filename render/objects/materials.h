@@ -51,7 +51,10 @@ struct StoredMaterial {
 /// Keeps textures on the device within a limit.
 class TextureStore {
 public:
-    explicit TextureStore(std::size_t limit) : limit_(limit) {}
+    /// @param is_anisotropic whether textures are filtered anisotropically: not by software rasterisers, because
+    ///                       llvmpipe of Mesa 22.3 then blurs enlarged textures
+    TextureStore(std::size_t limit, bool is_anisotropic)
+        : limit_(limit), is_anisotropic_(is_anisotropic) {}
 
     /// Checks a material and uploads its textures.
     ///
@@ -80,6 +83,7 @@ private:
     void set_first(StoredTexture& texture, int first) const;
 
     std::size_t limit_;
+    bool is_anisotropic_;
     std::uint64_t frame_ = 0;
     int largest_side_ = 0;                              // of the device; 0: not queried yet
     std::vector<std::weak_ptr<StoredTexture>> stored_;  // in the order of creation

@@ -24,9 +24,12 @@ class SceneObjects {
 public:
     /// @param sample_count  of the picture
     /// @param lighting      text prepended to shaders: defines lit_at() and shown_at()
-    /// @param texture_bytes limit of the textures' memory
-    SceneObjects(int sample_count, std::string lighting, std::size_t texture_bytes)
-        : sample_count_(sample_count), lighting_(std::move(lighting)), textures_(texture_bytes) {}
+    /// @param texture_bytes, is_anisotropic see TextureStore
+    SceneObjects(int sample_count, std::string lighting, std::size_t texture_bytes,
+                 bool is_anisotropic)
+        : sample_count_(sample_count),
+          lighting_(std::move(lighting)),
+          textures_(texture_bytes, is_anisotropic) {}
 
     Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                             std::span<const MeshMaterial> materials);

@@ -34,13 +34,15 @@ const int kScales = 5;
 const float kMaterialTexels = 512.0;
 const float kScaleRatio = 8.0;
 // A scale's share of the step to the next one over which both are blended.
-const float kScaleFrom = 0.50, kScaleTo = 1.00;
+const float kScaleFrom = 0.60, kScaleTo = 1.00;
+// Factor of the contrast of the nearest ground.
+const float kNearContrast = 1.7;
 // Difference of the weights of a cell's corners over which both are blended.
 const float kBetweenCorners = 0.12;
 // Share of the second material in a pixel up to which only the first is drawn.
-const float kLeastShare = 0.20;
+const float kLeastShare = 0.30;
 // Components of the normal up to this have no plane of projection.
-const float kLeastPlane = 0.52;
+const float kLeastPlane = 0.55;
 
 // What is known of a point of the ground before its material.
 struct GroundPoint {
@@ -90,52 +92,50 @@ Corners corners_of(vec2 at, ivec2 period) {
     return Corners(south_west + first, south_west + second, weights * inversesqrt(dot(weights, weights)));
 }
 
-// Heaviest and second heaviest material, and the weight of the second, 0 to 1/2.
+// Heaviest and second heaviest material, and their weights.
 struct Cover {
     int first, second;
-    float weights[2];
+    float first_weight, second_weight;
 };
 void consider(int layer, float weight, inout Cover cover) {
-    bool is_first = weight > cover.weights[0];
-    bool is_second = weight > cover.weights[1];
+    bool is_first = weight > cover.first_weight;
+    bool is_second = weight > cover.second_weight;
     cover.second = is_first ? cover.first : (is_second ? layer : cover.second);
-    cover.weights[1] = is_first ? cover.weights[0] : (is_second ? weight : cover.weights[1]);
+    cover.second_weight = is_first ? cover.first_weight : (is_second ? weight : cover.second_weight);
     cover.first = is_first ? layer : cover.first;
-    cover.weights[0] = is_first ? weight : cover.weights[0];
+    cover.first_weight = is_first ? weight : cover.first_weight;
 }
+
+// 0 up to `from`, 1 from `from` + `width` on.
+float ramp(float from, float width, float x) { return clamp((x - from) * (1.0 / width), 0.0, 1.0); }
 
 // Share of moisture, 0 to 1: hollows, and ground just above the water.
 float moisture_of(GroundPoint at) {
-    float hollow = smoothstep(0.005, 0.10, at.lie.y) * (1.0 - smoothstep(0.03, 0.20, at.lie.x));
-    return max(0.6 * hollow, 1.0 - smoothstep(0.1, 1.2, at.above_water_m));
+    float hollow = ramp(0.005, 0.095, at.lie.y) * ramp(-0.20, 0.17, -at.lie.x);
+    return max(0.6 * hollow, ramp(-1.2, 1.1, -at.above_water_m));
 }
 
 Cover cover_of(GroundPoint at, vec4 large, float moisture) {
     // mostly over a fixed baseline, so that the cover does not depend on the distance
-    float steep = mix(at.lie.x, 1.0 - at.normal.z, 0.35) + 0.12 * large.z;
+    float steep = mix(at.lie.x, 1.0 - at.normal.z, 0.35) + 0.12 * large.z - materials_of.lines.z;
     float high = (at.height_m - frame.tint.x) * frame.tint.y + 0.12 * large.z;
     float cold = (at.height_m - materials_of.lines.x) * materials_of.lines.y + 1.1 * large.z;
-    float rest = 1.0;
-    Cover cover = Cover(kTurf, kTurf, float[2](0.0, 0.0));
-    float rock_from = materials_of.lines.z;
+    Cover cover = Cover(kTurf, kTurf, 0.0, 0.0);
     // snow stays on ground less steep than rock, longer in hollows
-    float snow = smoothstep(-0.5, 0.5, cold + 2.0 * at.lie.y) *
-                 (1.0 - smoothstep(rock_from + 0.02, rock_from + 0.16, steep));
-    consider(kSnow, snow, cover);
-    rest -= snow;
-    float rock = rest * smoothstep(rock_from, rock_from + 0.10, steep);
-    consider(kRock, rock, cover);
+    float snow = ramp(-0.5, 1.0, cold + 2.0 * at.lie.y) * ramp(-0.16, 0.14, -steep);
+    float rest = 1.0 - snow;
+    float rock = rest * ramp(0.0, 0.10, steep);
     rest -= rock;
-    float scree = rest * clamp(smoothstep(0.0, 0.25, high - materials_of.cover.z) +
-                               0.8 * smoothstep(rock_from - 0.04, rock_from + 0.02, steep), 0.0, 1.0);
-    consider(kScree, scree, cover);
+    float scree = rest * min(ramp(0.0, 0.25, high - materials_of.cover.z) + 0.8 * ramp(-0.04, 0.06, steep), 1.0);
     rest -= scree;
-    float soil = rest * max(smoothstep(0.10, 0.26, materials_of.cover.y + 0.3 * large.x - 0.15 -
-                                                    2.0 * at.lie.y - 0.2 * moisture),
-                            1.0 - smoothstep(0.8, 2.5, at.above_water_m - 2.0 * large.z));
-    consider(kSoil, soil, cover);
+    float soil = rest * max(ramp(0.10, 0.16, materials_of.cover.y + 0.3 * large.x - 0.15 - 2.0 * at.lie.y - 0.2 * moisture),
+                            ramp(-2.5, 1.7, 2.0 * large.z - at.above_water_m));
     rest -= soil;
-    float shrub = rest * smoothstep(-0.10, 0.14, materials_of.cover.x + large.z + 1.5 * at.lie.y - 0.5 * high);
+    float shrub = rest * ramp(-0.10, 0.24, materials_of.cover.x + large.z + 1.5 * at.lie.y - 0.5 * high);
+    consider(kSnow, snow, cover);
+    consider(kRock, rock, cover);
+    consider(kScree, scree, cover);
+    consider(kSoil, soil, cover);
     consider(kShrub, shrub, cover);
     consider(kTurf, rest - shrub, cover);
     return cover;
@@ -155,7 +155,7 @@ GroundSurface ground_surface(GroundPoint at) {
                              across.xy * last_place.w, away.xy * last_place.w) - 0.5;
     float moisture = moisture_of(at);
     Cover cover = cover_of(at, large, moisture);
-    float share = cover.weights[1] / (cover.weights[0] + cover.weights[1]);
+    float share = cover.second_weight / (cover.first_weight + cover.second_weight);
 
     float footprint = at.pixel_m * inversesqrt(facing);
     float wanted = log2(footprint * kMaterialTexels * materials_of.place[0].w) / log2(kScaleRatio);
@@ -163,7 +163,8 @@ GroundSurface ground_surface(GroundPoint at) {
     int scale = min(int(wanted), kScales - 2);
     float next = smoothstep(kScaleFrom, kScaleTo, wanted - float(scale));
     vec2 scales = vec2(1.0 - next, next);
-    scales *= inversesqrt(dot(scales, scales));
+    // the smallest scale, whose texels are larger than pixels near the eye, has more contrast
+    scales *= inversesqrt(dot(scales, scales)) * mix(kNearContrast, 1.0, smoothstep(0.5, 2.5, wanted));
     vec3 planes = max(abs(at.normal) - kLeastPlane, 0.0);
     planes *= planes;
     planes /= planes.x + planes.y + planes.z;
@@ -175,9 +176,10 @@ GroundSurface ground_surface(GroundPoint at) {
     int axes = (planes.x > 0.0 ? 1 : 0) | (planes.y > 0.0 ? 2 : 0) | (planes.z > 0.0 ? 4 : 0);
     int lookups = (scales.x > 0.0 ? axes : 0) | (scales.y > 0.0 ? axes << 3 : 0);
     lookups |= second > 0.0 ? lookups << 6 : 0;
-    vec4 details[2] = vec4[2](vec4(0.0), vec4(0.0));  // xyz: slopes, w: tone
+    vec4 detail = vec4(0.0), other = vec4(0.0);  // of both materials, xyz: slopes, w: tone
     vec2 heights = vec2(0.0);
-    while (lookups != 0) {
+    // the condition is at the end, because such a rasteriser completes the pass that a break leaves
+    do {
         int bit = findLSB(lookups);
         lookups &= lookups - 1;
         bool is_corner = bit >= 12;
@@ -201,11 +203,11 @@ GroundSurface ground_surface(GroundPoint at) {
         float weight = (is_z ? planes.z : (is_x ? planes.x : planes.y)) * (is_next ? scales.y : scales.x) *
                        (is_corner ? corners.weights.y : corners.weights.x);
         texel *= weight;
-        vec4 detail = vec4(is_x ? 0.0 : texel.x, is_z ? texel.y : (is_x ? texel.x : 0.0), is_z ? 0.0 : texel.y, texel.z);
-        details[0] += is_second ? vec4(0.0) : detail;
-        details[1] += is_second ? detail : vec4(0.0);
+        vec4 found = vec4(is_x ? 0.0 : texel.x, is_z ? texel.y : (is_x ? texel.x : 0.0), is_z ? 0.0 : texel.y, texel.z);
+        detail += is_second ? vec4(0.0) : found;
+        other += is_second ? found : vec4(0.0);
         heights += is_second ? vec2(0.0, texel.w) : vec2(texel.w, 0.0);
-    }
+    } while (lookups != 0);
 
     // the higher texture covers the lower one
     second = second > 0.0 ? clamp(second + 2.5 * second * (heights.y - heights.x), 0.0, 1.0) : 0.0;
@@ -213,11 +215,11 @@ GroundSurface ground_surface(GroundPoint at) {
     vec4 dark = materials_of.dark[cover.first], light = materials_of.light[cover.first];
     vec4 other_dark = materials_of.dark[cover.second], other_light = materials_of.light[cover.second];
     float variation = materials_of.cover.w * large.y;
-    vec2 tones = clamp(0.5 + variation + vec2(details[0].w, details[1].w), 0.0, 1.0);
+    vec2 tones = clamp(0.5 + variation + vec2(detail.w, other.w), 0.0, 1.0);
     made.albedo = mix(mix(dark.rgb, light.rgb, tones.x), mix(other_dark.rgb, other_light.rgb, tones.y), second);
     made.tone = 0.5 + mix(tones.x, tones.y, second);
     made.roughness = mix(mix(dark.w, other_dark.w, second), 0.1, moisture);
-    vec3 rise = mix(light.w * details[0].xyz, other_light.w * details[1].xyz, second);
+    vec3 rise = mix(light.w * detail.xyz, other_light.w * other.xyz, second);
     // hollows see less of the sky
     float occlusion = materials_of.lines.w * clamp(5.0 * at.lie.y, -0.25, 1.0);
     made.albedo *= (1.0 - 0.45 * moisture) * (1.0 - 0.6 * occlusion) * (1.0 + materials_of.cover.w * large.z);

@@ -45,7 +45,7 @@ vec4 imagery_at(vec3 p_eye, float pixel_m) {
 vec3 albedo_of(vec3 shown) {
 #ifdef ATMOSPHERE
     // exposed light of level ground at noon
-    const float kNoon = 1.1;
+    const float kNoon = 1.3;
     return light_shown_as(shown) / kNoon;
 #else
     vec3 squared = min(shown * shown, 0.85);

@@ -169,11 +169,11 @@ struct TerrainRenderer::State {
     DrawCounts counts;
 
     State(Framebuffer target, GroundShade made_shade, FormDraws made_forms,
-          const std::string& lighting, std::size_t texture_bytes)
+          const std::string& lighting, std::size_t texture_bytes, bool is_anisotropic)
         : picture(std::move(target)),
           shade(std::move(made_shade)),
           forms(std::move(made_forms)),
-          scene(picture.sample_count(), lighting, texture_bytes) {}
+          scene(picture.sample_count(), lighting, texture_bytes, is_anisotropic) {}
 
     Result<void> make_programs(const std::string& lighting);
     void make_buffers();
@@ -284,7 +284,7 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
                                     picture.is_smoothed(), settings.ground_look.has_value()));
     TERRANE_TRY(FormDraws forms, FormDraws::create(lighting, has_shadows));
     auto state = std::make_unique<State>(std::move(picture), std::move(shade), std::move(forms),
-                                         lighting, settings.texture_bytes);
+                                         lighting, settings.texture_bytes, !context.is_software());
     state->context = context.keep_alive();
     state->settings = settings;
     if (!context.is_software()) state->timer.emplace();

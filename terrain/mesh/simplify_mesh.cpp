@@ -2,6 +2,7 @@
 //
 // Computes: simplified meshes with vertices of their own. The methods estimate errors; the result's error is bounded by
 //           surface_distance.cpp, which holds for any two surfaces, so that it does not depend on the method.
+#include "base/vector_math.h"
 #include "mesh/simplify_methods.h"
 #include "mesh/surface_distance.h"
 
@@ -9,6 +10,8 @@
 #include <terrane/terrain/simplify_mesh.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <utility>
 
 namespace terrane::internal {
@@ -69,6 +72,8 @@ MethodResult contract_edges(const SimplifyTask& task, std::size_t triangles, dou
 namespace {
 
 constexpr int kMostRounds = 12;
+// Ratio of limits at which the search ends.
+constexpr double kCloseLimits = 1.15;
 
 MethodResult run_method(SimplifyMethod method, const SimplifyTask& task, std::size_t triangles,
                         double limit) {
@@ -83,17 +88,35 @@ MethodResult run_method(SimplifyMethod method, const SimplifyTask& task, std::si
     return contract_edges(task, triangles, limit);
 }
 
-// Methods estimate their errors: the estimate's limit is lowered until the certified error is within the limit.
+// Methods estimate their errors: the largest limit of the estimate whose certified error is within the limit is searched
+// for by bisection.
 SimplifiedCopy simplify_within(const SimplifyTask& task, const SimplifyMeshSettings& settings) {
     const SurfaceView input = {task.welded.places, task.welded.triangles};
-    double limit = settings.error_m;
+    std::optional<SimplifiedCopy> best;
+    double limit = settings.error_m, good = 0.0, bad = kInfinity;
     for (int round = 0; round < kMostRounds && limit > 0.0; ++round) {
         MethodResult made = run_method(settings.method, task, settings.triangles, limit);
         const double error =
             bound_surface_distance(input, {made.mesh.positions, made.mesh.triangles});
-        if (error <= settings.error_m) return {std::move(made.mesh), error, made.stop};
-        limit *= std::clamp(0.95 * settings.error_m / error, 0.125, 0.875);
+        const bool is_good = error <= settings.error_m;
+        if (is_good) {
+            good = limit;
+            best = SimplifiedCopy{std::move(made.mesh), error, made.stop};
+            // without a limit, or with as few triangles as were asked for, there is nothing to gain
+            if (made.stop != SimplifyStop::error_limit || limit == kInfinity) break;
+        } else {
+            bad = limit;
+        }
+        if (bad == kInfinity) {
+            limit = 2.0 * good;
+        } else if (good == 0.0) {
+            limit *= std::clamp(0.95 * settings.error_m / error, 0.125, 0.875);
+        } else {
+            limit = std::sqrt(good * bad);
+        }
+        if (bad <= kCloseLimits * good) break;
     }
+    if (best) return *std::move(best);
     TriangleMesh mesh = task.mesh;
     mesh.triangles = task.welded.corners;
     return {without_unused(mesh), 0.0, SimplifyStop::error_limit};

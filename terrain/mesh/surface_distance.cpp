@@ -21,6 +21,7 @@
 #include "mesh/star_mesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -31,15 +32,20 @@ constexpr double kTolerance = 0.01;
 // Distances below this share of the size of both surfaces are not refined.
 constexpr double kLeastDistance = 0x1p-36;
 constexpr double kMargin = 0x1p-40;
-constexpr int kMostCuts = 64;
+// Each step leaves parts of at most 5/9 of the area, because they do not contain the middle.
+constexpr int kMostSteps = 100;
 // A polygon with more corners is halved before it is cut by three planes, each of which adds a corner.
 constexpr std::size_t kMostCut = 8;
+// A corner counts as on a plane if its height is below this share of the largest one: otherwise rounding would cut off
+// slivers without end.
+constexpr double kOnPlane = 1e-6;
 
 struct ConvexPart {
     std::array<Eigen::Vector3d, kMostCut + 4> corners;
     std::size_t count = 0;
-    int splits = 0;
+    int steps = 0;  // that led to this part
 
+    ConvexPart() { corners.fill(Eigen::Vector3d::Zero()); }
     void add(const Eigen::Vector3d& corner) { corners[count++] = corner; }
 };
 
@@ -47,18 +53,21 @@ struct ConvexPart {
 void cut(const ConvexPart& polygon, const Eigen::Vector3d& normal, const Eigen::Vector3d& on_plane,
          ConvexPart& below_out, ConvexPart& above_out) {
     below_out.count = above_out.count = 0;
-    below_out.splits = above_out.splits = polygon.splits + 1;
     std::array<double, kMostCut + 4> heights;
-    bool is_below = false, is_above = false;
+    double largest = 0.0;
     for (std::size_t i = 0; i < polygon.count; ++i) {
         heights[i] = dot(normal, polygon.corners[i] - on_plane);
+        largest = std::max(largest, std::abs(heights[i]));
+    }
+    bool is_below = false, is_above = false;
+    for (std::size_t i = 0; i < polygon.count; ++i) {
+        if (std::abs(heights[i]) <= kOnPlane * largest) heights[i] = 0.0;
         is_below = is_below || heights[i] < 0.0;
         is_above = is_above || heights[i] > 0.0;
     }
     if (!is_below || !is_above) {
         ConvexPart& whole = is_above ? above_out : below_out;
         whole = polygon;
-        ++whole.splits;
         return;
     }
     for (std::size_t i = 0; i < polygon.count; ++i) {
@@ -79,7 +88,6 @@ void cut(const ConvexPart& polygon, const Eigen::Vector3d& normal, const Eigen::
 void halve(const ConvexPart& polygon, ConvexPart& first_out, ConvexPart& second_out) {
     if (polygon.count > kMostCut) {
         first_out.count = second_out.count = 0;
-        first_out.splits = second_out.splits = polygon.splits + 1;
         const std::size_t middle = polygon.count / 2;
         for (std::size_t i = 0; i <= middle; ++i) first_out.add(polygon.corners[i]);
         for (std::size_t i = middle; i < polygon.count; ++i) second_out.add(polygon.corners[i]);
@@ -190,17 +198,21 @@ private:
                 is_cut = is_cut || (inside.count > 2 && outside.count > 2);
                 // nothing is inside: halved below
                 if (inside.count <= 2 && !is_cut) break;
-                push(outside);
+                push(outside, polygon.steps + 1);
                 rest = inside;
             }
             if (is_cut) {
-                if (rest.count > 2 && !accepts(rest, nearest)) push(rest);
+                if (rest.count < 3 || accepts(rest, nearest)) return;
+                // its middle may be nearest to the same triangle
+                halve(rest, inside, outside);
+                push(inside, polygon.steps + 1);
+                push(outside, polygon.steps + 1);
                 return;
             }
         }
         halve(polygon, inside, outside);
-        push(inside);
-        push(outside);
+        push(inside, polygon.steps + 1);
+        push(outside, polygon.steps + 1);
     }
 
     // Whether the polygon's upper bound needs no refinement, or may have none.
@@ -208,14 +220,16 @@ private:
         double largest = 0.0;
         for (std::size_t i = 0; i < polygon.count; ++i)
             largest = std::max(largest, distance_to_triangle(polygon.corners[i], triangle));
-        if (largest > std::max(lower_ * (1.0 + kTolerance), floor_) && polygon.splits < kMostCuts)
+        if (largest > std::max(lower_ * (1.0 + kTolerance), floor_) && polygon.steps < kMostSteps)
             return false;
         upper_ = std::max(upper_, largest);
         return true;
     }
 
-    void push(const ConvexPart& polygon) {
-        if (polygon.count > 2) stack_.push_back(polygon);
+    void push(const ConvexPart& part, int steps) {
+        if (part.count < 3) return;
+        stack_.push_back(part);
+        stack_.back().steps = steps;
     }
 
     const SurfaceTree& to_;

@@ -202,10 +202,11 @@ TEST(Atmosphere, TheSkyIsBlueBrightAtTheHorizonAndAroundTheSunAndRedBesideALowSu
     EXPECT_GT(zenith[2], 1.5 * zenith[1]);
     EXPECT_GT(zenith[1], 1.5 * zenith[0]);
     EXPECT_GT(horizon[1], 2.0 * zenith[1]);
-    EXPECT_LT(horizon[2], 1.5 * horizon[0]) << "the horizon is nearly white";
+    // the horizon is whiter than the zenith
+    EXPECT_LT(horizon[2] / horizon[0], 0.5 * zenith[2] / zenith[0]);
     double last = std::numeric_limits<double>::infinity();
     for (const double apart : {1.0, 3.0, 10.0, 25.0, 40.0}) {
-        const Rgb light = sky_at(0.0, 50.0 - apart, 0.0, 50.0);
+        const Rgb light = sky_at(0.0, 50.0, apart, 50.0);
         EXPECT_LT(light[0], last) << apart;
         last = light[0];
     }
@@ -260,6 +261,7 @@ namespace atmosphere_picture_test {
 
 using internal::Atmosphere;
 using internal::Rgb;
+using test::draw;
 using test::pixel;
 
 constexpr int kWidth = 96, kHeight = 64;
@@ -294,15 +296,15 @@ double azimuth_cosine(const Eigen::Vector3d& direction, const Eigen::Vector3d& s
 TEST_F(AtmosphereTest, TheSkyIsTheExposedLightOfTheModel) {
     int compared = 0;
     for (const double elevation : {3.0, 45.0}) {
+        const Eigen::Vector3d sun = sun_at(elevation);
+        const RendererSettings settings{
+            .sun_direction = sun, .sample_count = 1, .atmosphere = true};
+        TerrainRenderer renderer = make(settings);
+        const Atmosphere atmosphere(settings.haze_distance);
+        const double exposure = internal::make_daylight(atmosphere, sun.z(), 0.0).exposure;
         for (const double altitude : {2.0, 3000.0, 30'000.0}) {
-            const Eigen::Vector3d sun = sun_at(elevation);
-            const RendererSettings settings{
-                .sun_direction = sun, .sample_count = 1, .atmosphere = true};
-            TerrainRenderer renderer = make(settings);
             const View view = view_from({0.0, 0.0, altitude}, {900.0, -300.0, altitude + 420.0});
             const Image image = draw(renderer, TerrainMesh{}, view);
-            const Atmosphere atmosphere(settings.haze_distance);
-            const double exposure = internal::make_daylight(atmosphere, sun.z(), 0.0).exposure;
             for (int y = 4; y < kHeight; y += 11) {
                 for (int x = 4; x < kWidth; x += 17) {
                     const Eigen::Vector3d direction = direction_of(view, x, y);
@@ -385,7 +387,8 @@ TEST_F(AtmosphereTest, DrawsFromBelowTheGroundUpToOrbitByDayAndNight) {
             if (elevation > 0.0) {
                 EXPECT_GT(brightest, 60) << altitude;
             }
-            if (elevation < -20.0) {
+            // from orbit the day is in view
+            if (elevation < -20.0 && altitude < 1e5) {
                 EXPECT_LT(brightest, 20) << altitude;
             }
         }

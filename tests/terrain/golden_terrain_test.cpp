@@ -10,7 +10,6 @@
 #include <terrane/terrain/pager.h>
 #include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/scatter.h>
-#include <terrane/terrain/simplify_mesh.h>
 #include <terrane/terrain/triangulator.h>
 
 #include <gtest/gtest.h>
@@ -18,7 +17,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace terrane {
@@ -224,22 +222,6 @@ TEST(GoldenProgressive, IsTheSameWithEveryCompilerAtEveryLevel) {
     }
     EXPECT_LT(mesh.triangles().size(), 30u);
     EXPECT_EQ(hash.value(), 0xcfe7bd0e15ced3acu) << std::hex << hash.value();
-}
-
-TEST(GoldenProgressive, SimplifyMeshIsTheSameWithEveryCompilerByEveryMethod) {
-    test::Hash hash;
-    for (const SimplifyMethod method :
-         {SimplifyMethod::quadric, SimplifyMethod::decimation, SimplifyMethod::clustering}) {
-        for (const std::size_t count : {600u, 100u, 20u}) {
-            const SimplifiedCopy made =
-                simplify_mesh(make_sheets(), {.method = method, .triangles = count}).value();
-            hash.add(made.error_m);
-            hash.add_all(std::span(std::as_const(made.mesh.triangles)));
-            for (const Eigen::Vector3d& p : made.mesh.positions)
-                hash.add_all(std::span<const double>(p.data(), 3));
-        }
-    }
-    EXPECT_EQ(hash.value(), 0x0u) << std::hex << hash.value();
 }
 
 }  // namespace golden_progressive_test

@@ -38,7 +38,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     TERRANE_TRY(check_limits(options, terrain));
     const VehicleSettings settings = make_vehicle(options.vehicle);
     TERRANE_TRY(const DrivePlan plan,
-                make_drive_plan(options, terrain, kUsualSpeed, climbable_slope(settings)));
+                make_drive_plan(options, terrain, kUsualSpeed, ground_limits(settings)));
     TERRANE_TRY(PathDriver driver,
                 PathDriver::create(plan.path.points(), {.cruise_speed = plan.speed}));
     const std::vector<Eigen::Vector2d>& points = plan.path.points();
@@ -139,7 +139,8 @@ CommandResult<void> run_walk(const WalkOptions& options) {
     TERRANE_TRY(check_drivable(options.path));
     TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
     TERRANE_TRY(check_limits(options, terrain));
-    TERRANE_TRY(const DrivePlan plan, make_drive_plan(options, terrain, kUsualWalk, kWalkedSlope));
+    TERRANE_TRY(const DrivePlan plan,
+                make_drive_plan(options, terrain, kUsualWalk, {.max_slope = kWalkedSlope}));
     CharacterTraveller character({}, plan.path, plan.speed, *terrain.source);
     TERRANE_TRY(Journey walk,
                 Journey::create(options, terrain, plan, options.crates,

@@ -37,9 +37,8 @@ Result<CameraPath> open_drive_path(const FlightOptions& options, const Terrain& 
 }  // namespace
 
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
-                                         double usual_speed, double max_slope) {
-    CameraPathSettings settings;
-    settings.max_slope = max_slope;
+                                         double usual_speed, const CameraPathSettings& limits) {
+    CameraPathSettings settings = limits;
     if (!std::isnan(options.speed)) settings.speed = options.speed;
     if (!std::isnan(options.seconds)) settings.seconds = options.seconds;
     TERRANE_TRY(const CameraPath path, open_drive_path(options, terrain, settings, usual_speed));

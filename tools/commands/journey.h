@@ -30,9 +30,9 @@ struct DrivePlan {
 /// be read.
 ///
 /// @param usual_speed speed if neither the options nor a track's times give one, m/s
-/// @param max_slope   of the ground under built-in paths: see CameraPathSettings
+/// @param limits      max_slope, max_bump and bump_reach: of the ground under built-in paths
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
-                                         double usual_speed, double max_slope);
+                                         double usual_speed, const CameraPathSettings& limits);
 
 /// Sums and maxima over the steps of a journey.
 struct JourneyTotals {

@@ -44,14 +44,24 @@ VehicleSettings make_vehicle(VehicleKind kind) {
     return make_truck();
 }
 
-double climbable_slope(const VehicleSettings& settings) {
+CameraPathSettings ground_limits(const VehicleSettings& settings) {
+    constexpr double kLeastBump = 0.05, kLeastReach = 0.5;  // metres
     constexpr double kShare = 0.8;
     constexpr double kGravity = 9.81;  // m/s^2
-    double track = 0.0;
-    for (const AxleSettings& axle : settings.axles) track = std::max(track, axle.track);
+    double track = 0.0, front = settings.axles.front().position, rear = front;
+    for (const AxleSettings& axle : settings.axles) {
+        track = std::max(track, axle.track);
+        front = std::max(front, axle.position);
+        rear = std::min(rear, axle.position);
+    }
     const double stability = 0.5 * track / settings.centre_of_mass_height;
     const double engine = settings.max_drive_force / (settings.mass * kGravity);
-    return kShare * std::min({settings.tyre_friction * settings.side_grip, engine, stability});
+    const double clearance = settings.centre_of_mass_height - settings.chassis_half_extents.z();
+    return {
+        .max_slope =
+            kShare * std::min({settings.tyre_friction * settings.side_grip, engine, stability}),
+        .max_bump = std::max(kLeastBump, kShare * std::min(clearance, settings.suspension_travel)),
+        .bump_reach = std::max(kLeastReach, 0.5 * (front - rear))};
 }
 
 VehicleTraveller::VehicleTraveller(const VehicleSettings& settings, PathDriver driver,

@@ -6,6 +6,7 @@
 
 #include <terrane/collision/vehicle.h>
 #include <terrane/collision/world.h>
+#include <terrane/playback/camera_path.h>
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/pager.h>
@@ -68,9 +69,10 @@ enum class VehicleKind { truck, tracked, six_wheeler };
 std::vector<std::string> vehicle_names();
 VehicleSettings make_vehicle(VehicleKind kind);
 
-/// The steepest ground over which a path is laid for a vehicle, rise over run: a share of the slope on which it could
-/// climb, stand across and not slide.
-double climbable_slope(const VehicleSettings& settings);
+/// The ground over which a path is laid for a vehicle. The steepest slope is a share of the slope on which it could
+/// climb, stand across and not slide. The highest bump, between axles as far apart as its outer ones, neither touches
+/// its chassis nor is beyond the travel of its suspension.
+CameraPathSettings ground_limits(const VehicleSettings& settings);
 
 /// What a vehicle does after a rollover: ends the journey, or is set upright and goes on.
 enum class OnRoll { stop, right };

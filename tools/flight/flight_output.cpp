@@ -16,6 +16,11 @@ FlightOutput::FlightOutput(const FlightOptions& options, std::shared_ptr<OutputF
 
 Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Terrain& terrain,
                                           std::vector<std::string> extra_columns) {
+    if (options.ground == GroundPalette::imagery && terrain.imagery == nullptr) {
+        return fail(
+            ErrorCode::invalid_argument,
+            "--ground imagery needs a scene with imagery, and " + terrain.name + " has none");
+    }
     std::vector<std::string> names{kFramesName, kReportName};
     if (options.video) names.emplace_back(kFilmName);
     TERRANE_TRY(std::shared_ptr<OutputFolder> folder,

@@ -244,11 +244,6 @@ FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer, dou
 
 Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
                                               const std::shared_ptr<OutputFolder>& folder) {
-    if (options.ground == GroundPalette::imagery && terrain.imagery == nullptr) {
-        return fail(
-            ErrorCode::invalid_argument,
-            "--ground imagery needs a scene with imagery, and " + terrain.name + " has none");
-    }
     TERRANE_TRY(EglContext context, EglContext::create());
     RendererSettings settings;
     fit_tints(terrain, settings);

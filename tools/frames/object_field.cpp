@@ -3,6 +3,7 @@
 
 #include "program/geometry.h"
 
+#include <terrane/base/text.h>
 #include <terrane/scene/culling.h>
 #include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/texture_shift.h>

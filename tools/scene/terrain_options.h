@@ -137,8 +137,8 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
 /// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
-/// `nodes` (read_nodes()), `imagery` (read_imagery()), `water_m` and the keys of RasterOptions as optional keys; refuses other keys. Paths of
-/// files are relative to the folder of the scene file.
+/// `nodes` (read_nodes()), `imagery` (read_imagery()), `water_m` and the keys of RasterOptions as optional keys;
+/// refuses other keys. Paths of files are relative to the folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

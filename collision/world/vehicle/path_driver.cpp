@@ -3,6 +3,7 @@
 // Sources:    Coulter. Implementation of the pure pursuit path tracking algorithm. CMU-RI-TR-92-01.
 //             Velenis, Tsiotras. Minimum-time travel for a vehicle with acceleration limits. JOTA 138, 2008 (speed
 //             along a given path: curvature limit, then backward integration of braking).
+//             Wong. Theory of ground vehicles. 2008, section 6.1 (moment of turning resistance of tracks).
 // Deviations: the steering angle for a curvature is a rational function instead of an arc tangent, so that its bits do
 //             not depend on the C library.
 #include "base/vector_math.h"
@@ -24,8 +25,21 @@ constexpr double kLeastLookAhead = 5.0;  // metres
 constexpr double kMostLookAhead = 25.0;  // metres
 /// Length of the chords from which the path's curvature is computed, metres; a corner extends this far to both sides.
 constexpr double kCornerReach = 5.0;
-constexpr double kThrottleGain = 0.5;     // throttle per m/s below the target speed
-constexpr double kBrakeGain = 0.25;       // brake per m/s above the target speed
+constexpr double kThrottleGain = 0.5;      // throttle per m/s below the target speed
+constexpr double kBrakeGain = 0.25;        // brake per m/s above the target speed
+constexpr double kBackingBrakeGain = 1.0;  // the same while it backs off, perhaps down a slope
+constexpr double kHeldTime = 1.5;         // seconds without progress after which the throttle rises
+constexpr double kHeldRate = 0.5;         // throttle per second and m/s below the target speed
+constexpr double kTurnGain = 2.0;         // of tracks: steering per rad/s below the target rate
+constexpr double kFullTurnRate = 0.1;     // rad/s that needs the steering against all friction
+constexpr double kMostTurnRate = 0.6;     // rad/s
+constexpr double kTurningSpeed = 3.0;     // m/s, at least, for the turn rate of a curvature
+constexpr double kTurningThrottle = 0.5;  // throttle that steering leaves to tracks
+constexpr double kSteepClimb = 0.12;      // sine of the pitch from which tracks climb straight only
+constexpr double kHeldSpeed = 1.5;        // m/s below which they do
+constexpr double kPivotStart = 0.4, kPivotEnd = 0.1;  // sines of the angle to the target
+constexpr double kPivotThrottle = 0.3;
+constexpr double kClimbSteer = 0.2;
 constexpr double kBrakeSlack = 0.5;       // excess speed that rolling resistance removes, m/s
 constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
@@ -102,6 +116,18 @@ double track_of(const VehicleSettings& settings) {
     double widest = 0.0;
     for (const AxleSettings& axle : settings.axles) widest = std::max(widest, axle.track);
     return widest;
+}
+
+/// Share of full steering at which a tracked vehicle's belts overcome the friction across them on level ground.
+double turning_resistance(const VehicleSettings& s) {
+    double middle = 0.0, lever = 0.0;
+    for (const AxleSettings& axle : s.axles) middle += axle.position;
+    middle /= static_cast<double>(s.axles.size());
+    for (const AxleSettings& axle : s.axles) lever += std::abs(axle.position - middle);
+    lever /= static_cast<double>(s.axles.size());
+    const double resisting = s.tyre_friction * s.side_grip * s.mass * kGravity * lever;
+    const double turning = 0.5 * s.max_drive_force * track_of(s);
+    return turning > 0.0 ? std::min(1.0, resisting / turning) : 0.0;
 }
 
 /// Available accelerations of a vehicle on its current slope.
@@ -320,7 +346,8 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
     if (backing_time_ > 0.0) {
         VehicleControls back;
         back.throttle = std::clamp(kThrottleGain * (-kBackingSpeed - speed), -1.0, 0.0);
-        back.brake = std::clamp(kBrakeGain * (-kBackingSpeed - kBrakeSlack - speed), 0.0, 1.0);
+        back.brake =
+            std::clamp(kBackingBrakeGain * (-kBackingSpeed - kBrakeSlack - speed), 0.0, 1.0);
         back.steer = line_offset(attempts_) > 0.0 ? -kBackingSteer : kBackingSteer;
         return back;
     }
@@ -353,10 +380,38 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
         std::max(std::min({slope_speed, curve_speed, corner_speed(along, share)}), kLeastSpeed));
     VehicleControls controls;
     controls.steer = std::clamp(steer, -1.0, 1.0);
+    // The throttle in proportion to the missing speed alone would not hold a slow vehicle on a climb.
+    if (is_watched && dt > 0.0 && std::isfinite(dt) && (push_ > 0.0 || still_time_ > kHeldTime)) {
+        push_ = std::clamp(push_ + kHeldRate * dt * (wanted - speed), 0.0, 1.0);
+    }
     if (has_wheel_in_contact(vehicle)) {
-        controls.throttle = std::clamp(kThrottleGain * (wanted - speed), 0.0, 1.0);
+        controls.throttle = std::clamp(kThrottleGain * (wanted - speed) + push_, 0.0, 1.0);
     }
     controls.brake = std::clamp(kBrakeGain * (speed - wanted - kBrakeSlack), 0.0, 1.0);
+    if (settings.is_tracked) {
+        const double wanted_rate =
+            std::clamp(curvature * std::max(speed, kTurningSpeed), -kMostTurnRate, kMostTurnRate);
+        const double rate = internal::dot(chassis.angular_velocity, chassis.pose.rotation.col(2));
+        const double resistance =
+            turning_resistance(settings) * std::clamp(wanted_rate / kFullTurnRate, -1.0, 1.0);
+        controls.steer = std::clamp(resistance + kTurnGain * (wanted_rate - rate), -1.0, 1.0);
+        // throttle beyond this would leave the belts less difference than the steering asks for
+        controls.throttle =
+            std::min(controls.throttle, std::max(kTurningThrottle, 1.0 - std::abs(controls.steer)));
+        // Against a slope the belts cannot climb and turn at once: the vehicle turns on the spot, then climbs straight.
+        const double off =
+            forward > 0.0 ? left_side / std::sqrt(square) : (left_side >= 0.0 ? 1.0 : -1.0);
+        const bool is_held =
+            has_wheel_in_contact(vehicle) && ahead.z() > kSteepClimb && speed < kHeldSpeed;
+        is_pivoting_ = is_held && std::abs(off) > (is_pivoting_ ? kPivotEnd : kPivotStart);
+        if (is_pivoting_) {
+            controls.steer = off > 0.0 ? 1.0 : -1.0;
+            controls.throttle = std::min(controls.throttle, kPivotThrottle);
+        } else if (is_held) {
+            controls.steer = std::clamp(controls.steer, -kClimbSteer, kClimbSteer);
+            controls.throttle = 1.0;
+        }
+    }
     return controls;
 }
 

@@ -60,8 +60,7 @@ TEST(TexturedLevels, HaveNoTriangleOfTwoMaterialsWhereSeamsAreKept) {
         ProgressiveMesh::create(mesh, {.texture_coordinate_weight = 0.5, .keeps_seams = true})
             .value();
     const std::size_t count = mesh.triangles.size();
-    for (std::size_t wanted = count; wanted >= kept.least_triangle_count();
-         wanted -= 1 + wanted / 8) {
+    for (std::size_t wanted = count; wanted >= 100; wanted -= 1 + wanted / 8) {
         kept.set_triangle_count(wanted);
         EXPECT_FALSE(has_mixed(kept)) << wanted;
         const test::EdgeCounts edges = test::count_edges([&] {
@@ -77,14 +76,12 @@ TEST(TexturedLevels, HaveNoTriangleOfTwoMaterialsWhereSeamsAreKept) {
         }());
         EXPECT_EQ(edges.border + edges.other, 0u) << wanted;
     }
-    // the eight corners, where three seams meet, and two triangles a side
-    EXPECT_EQ(kept.least_triangle_count(), 12u);
     EXPECT_GT(std::ranges::count(kept.finest().materials, std::uint16_t{3}), 60);
 
-    ProgressiveMesh all = ProgressiveMesh::create(mesh).value();
-    EXPECT_LT(all.least_triangle_count(), 12u);
-    all.set_triangle_count(all.least_triangle_count());
-    EXPECT_TRUE(has_mixed(all));
+    for (std::size_t wanted = 40; wanted > 0; --wanted) {
+        kept.set_triangle_count(wanted);
+        EXPECT_FALSE(has_mixed(kept)) << wanted;
+    }
 }
 
 TEST(TextureShift, IsTheLargestDistanceInSpaceAndTexture) {
@@ -105,11 +102,11 @@ TEST(TextureShift, IsTheLargestDistanceInSpaceAndTexture) {
     const TriangleMesh& finest = progressive.finest();
     EXPECT_EQ(texture_shift_m(finest, progressive.triangles()), 0.0);
     EXPECT_EQ(texture_shift_m(finest, {}), std::numeric_limits<double>::infinity());
-    for (const std::size_t count : {100u, 60u, 20u}) {
+    for (const std::size_t count : {60u, 20u}) {
         progressive.set_triangle_count(count);
         // the nearest of many points of the level, in five dimensions
         double largest = 0.0;
-        constexpr int kSteps = 60;
+        constexpr int kSteps = 40;
         for (std::size_t v = 0; v < finest.positions.size(); ++v) {
             double least = std::numeric_limits<double>::infinity();
             for (const TriangleMesh::Triangle& t : progressive.triangles()) {

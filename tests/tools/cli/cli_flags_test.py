@@ -63,6 +63,10 @@ class WrongValues(Folder):
                         self.assertTrue(item in done.stderr or number in done.stderr, done.stderr)
         self.assertFalse(os.path.exists("out"))
 
+    def test_imagery_on_the_ground_needs_a_scene_with_imagery(self):
+        self.assert_all_refused([([command, "--seed", 1, "--png", "--out", self.path("out"), "--ground", "imagery"],
+                                  "--ground imagery", "imagery") for command in ("fly", "drive", "drop")], [1])
+
     def test_what_goes_not_together_is_refused(self):
         out = ["--out", self.path("out")]
         bake = ["bake", "--dem", self.write_grid("small.asc", [[0.0] * 12] * 12)]
@@ -87,8 +91,7 @@ class WrongValues(Folder):
                 (["--png", "--out", "out", "--sun-deg", "0,10", "--sun-time", "2026-06-21T14:30Z"], "--sun-deg",
                  "exclude"),
                 (["--ground", "moon"], "--ground", "--png"), (["--water-m", 0], "--water-m", "--png"),
-                (["--png", "--out", "out", "--snow-line-m", 900], "--snow-line-m", "--look full"),
-                (["--png", "--out", "out", "--ground", "imagery"], "--ground imagery", "imagery"))),
+                (["--png", "--out", "out", "--snow-line-m", 900], "--snow-line-m", "--look full"))),
             (["fly", "--seed", 1, "--frame-ms", 10], "--frame-ms", "--png"),
             (["drop", "--seed", 1, "--video"], "--video", "--out"),
             (["drop", "--seed", 1, "--count", 0], "--count 0", "--scene"),

@@ -165,8 +165,8 @@ class Objects(Folder):
                   "--out", self.path("out")]
 
         def sides():
-            colours = read_png(self.read("out/frames/000000.png"))
-            return colours[30, 36:44].mean(axis=0), colours[30, 52:60].mean(axis=0)
+            colours = read_png(self.read("out/frame_000000.png"))
+            return colours[18, 34:42].mean(axis=0), colours[18, 54:62].mean(axis=0)
 
         answer = run(*flight)
         self.assertEqual((answer.returncode, answer.stderr), (0, ""))

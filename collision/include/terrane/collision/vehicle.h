@@ -119,8 +119,9 @@ enum class DriverStatus : std::uint8_t {
 
 /// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and the end of the path, and slows
 /// down on descents and side slopes. It does not look at the ground ahead: it will drive over a cliff at up to the
-/// cruise speed. A vehicle that makes no progress for 5 s backs off and tries a line 4 m to the left of the path, then
-/// one to the right, then farther lines.
+/// cruise speed. On a climb that holds the vehicle back, the throttle rises until it moves. Tracks are steered by the
+/// rate of turn, against the friction across them. A vehicle that makes no progress for 5 s backs off and tries a line
+/// 4 m to the left of the path, then one to the right, then farther lines.
 ///
 /// Threads: one at a time.
 class PathDriver {
@@ -180,9 +181,11 @@ private:
     double still_time_ = 0.0;    // seconds since then
     double patience_ = 0.0;      // `still_time_` at which the next attempt begins, seconds
     double backing_time_ = 0.0;  // seconds left of backing off
+    bool is_pivoting_ = false;   // whether a tracked vehicle turns on the spot on a climb
     int attempts_ = 0;           // lines tried beside the path; 0 once the obstacle is passed
     double stuck_along_ = 0.0;   // metres along the path: the obstacle
     double stuck_time_ = 0.0;
+    double push_ = 0.0;  // throttle added on ground that holds the vehicle back
     std::optional<WorldVec2> stuck_place_world_;
 };
 

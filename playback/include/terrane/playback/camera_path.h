@@ -6,6 +6,7 @@
 #include <terrane/terrain/pager.h>
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -39,6 +40,11 @@ struct CameraPathSettings {
     std::optional<WorldVec2> start_world = std::nullopt;
     /// Steepest ground that a built-in path may cross, rise over run, > 0: see CameraPath. Absent: any ground.
     std::optional<double> max_slope = std::nullopt;
+    /// Used if a max_slope is set: how far the ground may be above or below the mean of the ground `bump_reach` to both
+    /// sides, metres, > 0: what a vehicle clears between its axles. Infinite: any bump.
+    double max_bump = std::numeric_limits<double>::infinity();
+    double bump_reach =
+        1.5;  ///< metres, > 0 and finite: half the distance of a vehicle's outer axles
 
     static constexpr double kDefaultSpeed = 100.0;  ///< of built-in paths and tracks without times
     static constexpr double kDefaultSpinSpeed = 20.0;  ///< of `spins`
@@ -58,9 +64,10 @@ struct CameraPathSettings {
 ///   teleports  straight legs of 5 s, each in another place with another heading
 ///
 /// If a `max_slope` is set, `straight`, `orbit`, `canyon`, `turns` and `spins` are laid over ground that can be
-/// climbed, for vehicles and characters. A path that crosses steeper ground is moved and turned as a whole, by up to
-/// its length, or by up to 40 m from a start_world, and follows the cheapest route near that line. Where all ground is
-/// steeper, it is as little too steep as possible.
+/// climbed, for vehicles and characters. A path that crosses steeper ground or higher bumps is moved and turned as a
+/// whole, by up to three times its length, or by up to 40 m from a start_world, and follows the cheapest route near
+/// that line; a `canyon` takes another section of the valleys there. Where all ground is steeper, it is as little too
+/// steep as possible.
 ///
 /// A built-in path longer than the region continues straight beyond it. If an altitude is set, the camera flies that
 /// high above the smoothed ground, and higher where it would be less than half the altitude above the ground. Otherwise

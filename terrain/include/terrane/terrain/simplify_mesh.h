@@ -15,7 +15,7 @@ namespace terrane {
 /// How simplify_mesh() reduces triangles; see docs/simplify.md.
 enum class SimplifyMethod : std::uint8_t {
     /// Edges are contracted to the position and attributes with the least quadric error (Garland and Heckbert 1997;
-    /// Hoppe 1999). Small components may vanish, so that any number of triangles above 0 can be reached.
+    /// Hoppe 1999). Small components may vanish. Thin bodies may have no further contraction.
     quadric,
     /// Vertices near the plane of their neighbours are removed, and their triangles replaced (Schroeder, Zarge and
     /// Lorensen 1992). The vertices that remain are the input's. The topology is kept: there may be no way to the
@@ -36,6 +36,7 @@ struct SimplifyMeshSettings {
     double texture_coordinate_weight = 0.1;  ///< as ProgressiveSettings::texture_coordinate_weight
     double colour_weight = 0.02;             ///< as ProgressiveSettings::colour_weight
     /// [positions] nonzero: the vertex is kept, as are all others at its position. Empty: no vertex is locked.
+    /// Clustering neither moves nor joins locked vertices, but their triangles may vanish.
     std::vector<std::uint8_t> locked = {};
 };
 
@@ -60,7 +61,7 @@ struct SimplifiedCopy {
 /// Threads:   any number of calls at once
 /// Allocates: about 500 bytes per triangle, freed before it returns, and the result
 /// Cost:      O(n log n); with a limit of the error, up to twelve times as much
-/// Accuracy:  the same bits with every compiler: `SimplifyMesh.GivesTheSameBitsAgain`;
+/// Accuracy:  equal calls give the same bits (`SimplifyMesh.GivesTheSameBitsAgain`);
 ///            `SimplifyMesh.ErrorIsNotBelowTheMeasuredDistance` measures the bound
 Result<SimplifiedCopy> simplify_mesh(const TriangleMesh& mesh,
                                      const SimplifyMeshSettings& settings);

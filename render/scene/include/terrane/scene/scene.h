@@ -70,10 +70,10 @@ struct SceneHit {
 /// A tree of nodes with transforms, whose content is models with levels of detail, instances, switches, billboards and
 /// particles. A node's bounds contain its subtree and are updated after changes; subtrees out of view are skipped.
 ///
-/// In each frame the scene culls the objects, which are models and instances, and draws each at its coarsest level whose
-/// screen error is within the frame's threshold. The screen error is the level's error divided by the distance from the
-/// eye to the object's bounding sphere, times pixels per radian. An object is omitted if the error of its absence is
-/// within the threshold. Below a switch that fades, an object has one level.
+/// In each frame the scene culls the objects, which are models and instances, and draws each at its coarsest level
+/// whose screen error is within the frame's threshold. The screen error is the level's error divided by the distance
+/// from the eye to the object's bounding sphere, times pixels per radian. An object is omitted if the error of its
+/// absence is within the threshold. Below a switch that fades, an object has one level.
 ///
 /// One frame:
 ///
@@ -82,9 +82,9 @@ struct SceneHit {
 ///     const SceneDraws draws = scene.end_frame(mesh.demand_threshold_px);
 ///
 /// The draws have at most as many triangles as all demands together whose TriangleDemand::threshold_px is above the
-/// frame's threshold. A frame is a function of the nodes, the settings, the view and the threshold, with two exceptions:
-/// if more than SceneSettings::most_continuous objects qualify for continuous levels of detail, the choice among them
-/// depends on earlier frames; so does a switch with hysteresis.
+/// frame's threshold. A frame is a function of the nodes, the settings, the view and the threshold, with two
+/// exceptions: if more than SceneSettings::most_continuous objects qualify for continuous levels of detail, the choice
+/// among them depends on earlier frames; so does a switch with hysteresis.
 ///
 /// The screen error of a continuous level is also within the threshold, so when an object gains or loses continuous
 /// levels, its picture changes by no more than the errors of the two levels.
@@ -106,11 +106,11 @@ public:
     /// The root node, a GroupNode at the world's origin.
     NodeId root() const;
 
-    /// Adds a node as the last child of another. Changes of nodes show in the next frame; instances that move or go end the
-    /// current frame: its end_frame() draws nothing.
+    /// Adds a node as the last child of another. Changes of nodes show in the next frame; instances that move or go end
+    /// the current frame: its end_frame() draws nothing.
     ///
-    /// Fails: invalid_argument, naming the value, for a parent that does not exist or is 256 nodes deep, a place that is
-    ///        not finite or out of range, a model that is not the scene's, content out of range, and instances or
+    /// Fails: invalid_argument, naming the value, for a parent that does not exist or is 256 nodes deep, a place that
+    ///        is not finite or out of range, a model that is not the scene's, content out of range, and instances or
     ///        emitters below a switch or a billboard
     /// Cost:  O(depth); for instances O(n log n)
     Result<NodeId> add(NodeId parent, const NodePlace& place, NodeContent content);
@@ -138,8 +138,8 @@ public:
     std::optional<Aabb> bounds_world(NodeId node) const;
 
     /// Culls nodes and objects, chooses the levels of switches, turns billboards, sorts particles from far to near, and
-    /// returns the triangles that the objects in view need at each threshold. Valid until the next call. An invalid view
-    /// shows nothing.
+    /// returns the triangles that the objects in view need at each threshold. Valid until the next call. An invalid
+    /// view shows nothing.
     ///
     /// @param least_threshold_px lower limit of end_frame()'s threshold: objects whose error of absence is not above it
     ///                           cost nearly nothing, and switches by error choose their levels at it. 0: no limit
@@ -173,8 +173,8 @@ public:
     /// billboard are tested as turned to the last valid view passed to begin_frame(), and ignored until there is one.
     ///
     /// Fails: no answer if `from_world` or `to_world` is not finite
-    /// Cost:  O(clusters of up to 256 instances + nodes whose parent's bounds are hit), and the meshes near the segment;
-    ///        after changes also the update of the bounds
+    /// Cost:  O(clusters of up to 256 instances + nodes whose parent's bounds are hit), and the meshes near the
+    ///        segment; after changes also the update of the bounds
     std::optional<SceneHit> ray(const WorldPos& from_world, const WorldPos& to_world) const;
 
 private:

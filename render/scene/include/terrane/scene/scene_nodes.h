@@ -111,8 +111,8 @@ struct EmitterNode {
     /// At birth and at the end of life, as Particle::colour, 0 to 1. Particles also appear over a tenth of their life.
     std::array<std::array<float, 4>, 2> colours{
         {{0.7f, 0.7f, 0.7f, 0.5f}, {0.8f, 0.8f, 0.8f, 0.0f}}};
-    /// Factor of the opacity of the particles that are born from now on, 0 to 1, for dust that depends on the speed of a
-    /// wheel.
+    /// Factor of the opacity of the particles that are born from now on, 0 to 1, for dust that depends on the speed of
+    /// a wheel.
     float strength = 1.0f;
     std::size_t most_particles = 1000;  ///< the youngest ones are drawn, 1 to 65536
     std::uint64_t seed = 0;             ///< different seeds emit independently
