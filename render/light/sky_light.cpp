@@ -145,14 +145,14 @@ void SkyLight::prepare(double eye_altitude) {
     block.aerosol = packed(Rgb::Constant(log2e * aerosol), log2e / kAerosolHeight);
     block.rayleigh_depth =
         packed(log2e * daylight_.rayleigh_depth, std::exp(-altitude / kRayleighHeight));
-    block.aerosol_depth =
-        packed(Rgb::Constant(log2e * daylight_.aerosol_depth), std::exp(-altitude / kAerosolHeight));
+    block.aerosol_depth = packed(Rgb::Constant(log2e * daylight_.aerosol_depth),
+                                 std::exp(-altitude / kAerosolHeight));
     block.sun = packed(daylight_.sun * (-daylight_.ozone_depth).exp(), altitude);
     // the radiance of a disc, whose irradiance is spread over its solid angle
     const Rgb disc = daylight_.exposure / (kPi * kSunRadius * kSunRadius) *
                      atmosphere_.transmittance(altitude, sun_.z());
     block.disc = packed(disc * std::min(1.0, kMostDisc / std::max(disc.maxCoeff(), 1e-30)),
-                      std::cos(kSunRadius));
+                        std::cos(kSunRadius));
     block.ambient_side = packed(daylight_.side, 0.0);
     block.ambient_rise = packed(0.5 * (daylight_.up - daylight_.down), 0.0);
     block.ambient_bend = packed(0.5 * (daylight_.up + daylight_.down) - daylight_.side, 0.0);

@@ -88,7 +88,7 @@ MethodResult run_method(SimplifyMethod method, const SimplifyTask& task, std::si
     return contract_edges(task, triangles, limit);
 }
 
-// Methods estimate their errors: the largest limit of the estimate whose certified error is within the limit is searched
+// Methods estimate their errors: the largest limit of the estimate with a certified error within the limit is searched
 // for by bisection.
 SimplifiedCopy simplify_within(const SimplifyTask& task, const SimplifyMeshSettings& settings) {
     const SurfaceView input = {task.welded.places, task.welded.triangles};

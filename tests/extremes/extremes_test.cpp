@@ -169,7 +169,7 @@ TEST(ExtremesTable, HasTheWordsOfTheDocument) {
     std::string document(std::istreambuf_iterator<char>(file), {});
     document = unwrapped(document);
     for (const ExtremeRow& row : all_rows()) {
-        const MeasuredRow words{&row, {}, {}, {}};
+        const MeasuredRow words{&row, {0.0}, {0.0}, std::vector<FoundEnd>(row.ends.size())};
         std::string page = to_markdown({&words, 1});
         const std::string head = page.substr(0, page.find("\n| " + row.swept));
         EXPECT_NE(document.find(unwrapped(head)), std::string::npos) << head;

@@ -6,6 +6,7 @@
 #include <terrane/playback/camera_path.h>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -460,7 +461,8 @@ std::vector<Shape> shapes() {
 }
 
 Track read(const Shape& shape) {
-    const std::string path = testing::TempDir() + "track_shapes_" + shape.file;
+    const std::string path =
+        testing::TempDir() + "track_shapes_" + std::to_string(getpid()) + "_" + shape.file;
     std::ofstream(path, std::ios::binary) << shape.text;
     const TrackReference reference{.world_from_lonlat = [](const Eigen::Vector3d& p) {
         return WorldPos(p.x() * kDegree, p.y() * kDegree, p.z());
@@ -621,7 +623,8 @@ Worst compare(const Track& track) {
     const Polyline line(track);
     Worst worst;
     const double slack = 1e-6 + 1e-10 * line.size();
-    for (const auto& [start, seconds] : parts_of(line)) {
+    for (const auto& part : parts_of(line)) {
+        const auto start = part.first, seconds = part.second;
         const CameraPath path = follow(track, {.start = start, .seconds = seconds});
         for_each_time(line, start, start + seconds, [&](std::size_t i, double time) {
             const CameraPose pose = path.at(time - start);

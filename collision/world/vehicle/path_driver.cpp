@@ -398,7 +398,7 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
         // throttle beyond this would leave the belts less difference than the steering asks for
         controls.throttle =
             std::min(controls.throttle, std::max(kTurningThrottle, 1.0 - std::abs(controls.steer)));
-        // Against a slope the belts cannot climb and turn at once: the vehicle turns on the spot, then climbs straight.
+        // Against a slope the belts cannot climb and turn at once: the vehicle turns on the spot, then climbs.
         const double off =
             forward > 0.0 ? left_side / std::sqrt(square) : (left_side >= 0.0 ? 1.0 : -1.0);
         const bool is_held =
