@@ -120,8 +120,9 @@ enum class DriverStatus : std::uint8_t {
 /// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and the end of the path, and slows
 /// down on descents and side slopes. It does not look at the ground ahead: it will drive over a cliff at up to the
 /// cruise speed. On a climb that holds the vehicle back, the throttle rises until it moves. Tracks are steered by the
-/// rate of turn, against the friction across them. A vehicle that makes no progress for 5 s backs off and tries a line
-/// 4 m to the left of the path, then one to the right, then farther lines.
+/// rate of turn, against the friction across them; held back by a climb, they turn on the spot first. A vehicle that
+/// makes no progress for 5 s backs off and tries a line 4 m to the left of the path, then one to the right, then
+/// farther lines.
 ///
 /// Threads: one at a time.
 class PathDriver {
