@@ -37,9 +37,8 @@ constexpr double kTurningSpeed = 3.0;     // m/s, at least, for the turn rate of
 constexpr double kTurningThrottle = 0.5;  // throttle that steering leaves to tracks
 constexpr double kSteepClimb = 0.12;      // sine of the pitch from which tracks climb straight only
 constexpr double kHeldSpeed = 1.5;        // m/s below which they do
-constexpr double kPivotStart = 0.4, kPivotEnd = 0.1;  // sines of the angle to the target
-constexpr double kPivotThrottle = 0.3;
-constexpr double kClimbSteer = 0.2;
+constexpr double kClimbSteer = 0.2;       // most steering while they do
+constexpr double kClimbAngle = 0.4;       // sine of the angle to the target below which they do
 constexpr double kBrakeSlack = 0.5;       // excess speed that rolling resistance removes, m/s
 constexpr double kFinishDistance = 3.0;   // metres from the last point
 constexpr double kLeastSpeed = 1.0;       // m/s in the sharpest corners
@@ -398,16 +397,11 @@ VehicleControls PathDriver::drive(const VehicleSettings& settings, const Vehicle
         // throttle beyond this would leave the belts less difference than the steering asks for
         controls.throttle =
             std::min(controls.throttle, std::max(kTurningThrottle, 1.0 - std::abs(controls.steer)));
-        // Against a slope the belts cannot climb and turn at once: the vehicle turns on the spot, then climbs.
-        const double off =
-            forward > 0.0 ? left_side / std::sqrt(square) : (left_side >= 0.0 ? 1.0 : -1.0);
-        const bool is_held =
-            has_wheel_in_contact(vehicle) && ahead.z() > kSteepClimb && speed < kHeldSpeed;
-        is_pivoting_ = is_held && std::abs(off) > (is_pivoting_ ? kPivotEnd : kPivotStart);
-        if (is_pivoting_) {
-            controls.steer = off > 0.0 ? 1.0 : -1.0;
-            controls.throttle = std::min(controls.throttle, kPivotThrottle);
-        } else if (is_held) {
+        // against a slope the belts cannot climb and turn at once
+        const bool is_ahead =
+            forward > 0.0 && std::abs(left_side) < kClimbAngle * std::sqrt(square);
+        if (is_ahead && has_wheel_in_contact(vehicle) && ahead.z() > kSteepClimb &&
+            speed < kHeldSpeed) {
             controls.steer = std::clamp(controls.steer, -kClimbSteer, kClimbSteer);
             controls.throttle = 1.0;
         }

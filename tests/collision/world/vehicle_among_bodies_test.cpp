@@ -9,10 +9,12 @@
 #include <terrane/collision/shape_pairs.h>
 #include <terrane/collision/vehicle.h>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -310,6 +312,26 @@ TEST(PathDriver, TakesARingAtTheSpeedThatItsLateralAccelerationAllows) {
         const double lateral = std::min(2.5, 0.5 * kGravity * friction);
         EXPECT_NEAR(fastest, std::sqrt(lateral * kRadius), 1.0) << "friction " << friction;
         EXPECT_LT(off, 2.0) << "friction " << friction;
+    }
+}
+
+TEST(PathDriver, TakesATrackedVehicleUpASlopeThatItStandsAcross) {
+    for (const double slope : {0.15, 0.25, 0.35}) {
+        const Ground ground =
+            make_test_ground([slope](double x, double) { return slope * (x - 60.0); }, {});
+        for (const double quarter_turns : {0.5, 1.0, -1.0}) {
+            SCOPED_TRACE(testing::Message() << slope << " " << quarter_turns);
+            Pose start{.translation = {60.0, 128.0, 1.5}};
+            start.rotation =
+                Eigen::AngleAxisd(0.5 * std::numbers::pi * quarter_turns, Eigen::Vector3d::UnitZ())
+                    .toRotationMatrix();
+            LoneVehicle tracked(start, make_tracked());
+            PathDriver driver = make_driver({{60.0, 128.0}, {110.0, 128.0}}, 6.0);
+            for (int step = 0; step < 60 * 60 && !driver.is_finished(); ++step)
+                tracked.follow(ground, driver);
+            EXPECT_EQ(driver.status(), DriverStatus::finished);
+            EXPECT_EQ(driver.stuck_time(), 0.0);
+        }
     }
 }
 

@@ -120,8 +120,8 @@ enum class DriverStatus : std::uint8_t {
 /// Drives a vehicle along a polyline by pure pursuit. Brakes in time for corners and the end of the path, and slows
 /// down on descents and side slopes. It does not look at the ground ahead: it will drive over a cliff at up to the
 /// cruise speed. On a climb that holds the vehicle back, the throttle rises until it moves. Tracks are steered by the
-/// rate of turn, against the friction across them; held back by a climb, they turn on the spot first. A vehicle that
-/// makes no progress for 5 s backs off and tries a line 4 m to the left of the path, then one to the right, then
+/// rate of turn, against the friction across them; a climb that holds them back they climb before they turn. A vehicle
+/// that makes no progress for 5 s backs off and tries a line 4 m to the left of the path, then one to the right, then
 /// farther lines.
 ///
 /// Threads: one at a time.
@@ -182,7 +182,6 @@ private:
     double still_time_ = 0.0;    // seconds since then
     double patience_ = 0.0;      // `still_time_` at which the next attempt begins, seconds
     double backing_time_ = 0.0;  // seconds left of backing off
-    bool is_pivoting_ = false;   // whether a tracked vehicle turns on the spot on a climb
     int attempts_ = 0;           // lines tried beside the path; 0 once the obstacle is passed
     double stuck_along_ = 0.0;   // metres along the path: the obstacle
     double stuck_time_ = 0.0;
