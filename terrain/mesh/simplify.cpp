@@ -147,6 +147,30 @@ Result<void> TriangleMesh::validate() const {
     return {};
 }
 
+TriangleMesh without_unused_vertices(const TriangleMesh& mesh) {
+    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
+    std::vector<std::uint32_t> numbers(mesh.positions.size(), kUnused);
+    for (const TriangleMesh::Triangle& t : mesh.triangles) {
+        for (const std::uint32_t v : t) numbers[v] = 0;
+    }
+    TriangleMesh used;
+    for (std::size_t v = 0; v < numbers.size(); ++v) {
+        if (numbers[v] == kUnused) continue;
+        numbers[v] = static_cast<std::uint32_t>(used.positions.size());
+        used.positions.push_back(mesh.positions[v]);
+        if (!mesh.normals.empty()) used.normals.push_back(mesh.normals[v]);
+        if (!mesh.texture_coordinates.empty())
+            used.texture_coordinates.push_back(mesh.texture_coordinates[v]);
+        if (!mesh.colours.empty()) used.colours.push_back(mesh.colours[v]);
+        if (!mesh.materials.empty()) used.materials.push_back(mesh.materials[v]);
+    }
+    used.triangles = mesh.triangles;
+    for (TriangleMesh::Triangle& t : used.triangles) {
+        for (std::uint32_t& v : t) v = numbers[v];
+    }
+    return used;
+}
+
 Result<std::vector<SimplifiedMesh>> simplify(const SimplifyInput& input,
                                              std::span<const SimplifyLevel> levels) {
     TERRANE_TRY(internal::check_simplify_input(input, levels));

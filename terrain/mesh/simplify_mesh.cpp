@@ -16,29 +16,6 @@
 
 namespace terrane::internal {
 
-TriangleMesh without_unused(const TriangleMesh& mesh) {
-    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-    std::vector<std::uint32_t> numbers(mesh.positions.size(), kUnused);
-    for (const TriangleMesh::Triangle& t : mesh.triangles) {
-        for (const std::uint32_t v : t) numbers[v] = 0;
-    }
-    TriangleMesh used;
-    for (std::size_t v = 0; v < numbers.size(); ++v) {
-        if (numbers[v] == kUnused) continue;
-        numbers[v] = static_cast<std::uint32_t>(used.positions.size());
-        used.positions.push_back(mesh.positions[v]);
-        if (!mesh.normals.empty()) used.normals.push_back(mesh.normals[v]);
-        if (!mesh.texture_coordinates.empty())
-            used.texture_coordinates.push_back(mesh.texture_coordinates[v]);
-        if (!mesh.colours.empty()) used.colours.push_back(mesh.colours[v]);
-    }
-    used.triangles = mesh.triangles;
-    for (TriangleMesh::Triangle& t : used.triangles) {
-        for (std::uint32_t& v : t) v = numbers[v];
-    }
-    return used;
-}
-
 MethodResult contract_edges(const SimplifyTask& task, std::size_t triangles, double limit) {
     AttributeQuadrics attributes(task.mesh, task.settings, task.welded.corners);
     ContractionRecorder recorder(task.welded, attributes);
@@ -65,7 +42,7 @@ MethodResult contract_edges(const SimplifyTask& task, std::size_t triangles, dou
     for (std::size_t i = 0; i < task.welded.triangles.size(); ++i) {
         if (contractor.is_left(i)) mesh.triangles.push_back(recorder.corners(i));
     }
-    made.mesh = without_unused(mesh);
+    made.mesh = without_unused_vertices(mesh);
     return made;
 }
 
@@ -119,7 +96,7 @@ SimplifiedCopy simplify_within(const SimplifyTask& task, const SimplifyMeshSetti
     if (best) return *std::move(best);
     TriangleMesh mesh = task.mesh;
     mesh.triangles = task.welded.corners;
-    return {without_unused(mesh), 0.0, SimplifyStop::error_limit};
+    return {without_unused_vertices(mesh), 0.0, SimplifyStop::error_limit};
 }
 
 }  // namespace
@@ -145,7 +122,7 @@ Result<SimplifiedCopy> simplify_mesh(const TriangleMesh& mesh,
     if (welded.triangles.size() <= std::max<std::size_t>(settings.triangles, 1)) {
         TriangleMesh whole = mesh;
         whole.triangles = welded.corners;
-        return SimplifiedCopy{.mesh = internal::without_unused(whole),
+        return SimplifiedCopy{.mesh = without_unused_vertices(whole),
                               .stop = welded.triangles.size() <= settings.triangles
                                           ? SimplifyStop::triangle_count
                                           : SimplifyStop::no_contraction};

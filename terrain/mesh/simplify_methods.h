@@ -31,7 +31,4 @@ MethodResult contract_edges(const SimplifyTask& task, std::size_t triangles, dou
 MethodResult decimate(const SimplifyTask& task, std::size_t triangles, double limit);
 MethodResult cluster(const SimplifyTask& task, std::size_t triangles, double limit);
 
-/// The vertices that triangles use, in the order of their indices, with their attributes.
-TriangleMesh without_unused(const TriangleMesh& mesh);
-
 }  // namespace terrane::internal

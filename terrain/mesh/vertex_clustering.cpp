@@ -216,7 +216,7 @@ TriangleMesh VertexClusters::mesh() const {
         const TriangleMesh::Triangle& t = task_.welded.corners[i];
         mesh.triangles.push_back({joined[t[0]], joined[t[1]], joined[t[2]]});
     }
-    return without_unused(mesh);
+    return without_unused_vertices(mesh);
 }
 
 }  // namespace

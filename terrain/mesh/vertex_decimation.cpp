@@ -307,7 +307,7 @@ TriangleMesh VertexDecimator::mesh() const {
     for (std::size_t i = 0; i < corners_.size(); ++i) {
         if (mesh_.is_alive(i)) mesh.triangles.push_back(corners_[i]);
     }
-    return without_unused(mesh);
+    return without_unused_vertices(mesh);
 }
 
 }  // namespace

@@ -307,6 +307,14 @@ const char* name_of(SimplifyStop stop) {
 
 constexpr const char* kNoTriangles = "all of its triangles have two corners in one place";
 
+IndexedMesh to_indexed(TriangleMesh mesh) {
+    return {.vertices_world = std::move(mesh.positions),
+            .triangles = std::move(mesh.triangles),
+            .colours = std::move(mesh.colours),
+            .normals = std::move(mesh.normals),
+            .texture_coordinates = std::move(mesh.texture_coordinates)};
+}
+
 /// The mesh with new vertices.
 Result<SimplifiedFile> simplify_with_new_vertices(const TriangleMesh& mesh,
                                                   const SimplifyOptions& options) {
@@ -320,11 +328,7 @@ Result<SimplifiedFile> simplify_with_new_vertices(const TriangleMesh& mesh,
     file.stop = name_of(made.stop);
     file.error_m = made.error_m > 0.0 ? made.error_m + move.rounding : 0.0;
     for (Eigen::Vector3d& p : made.mesh.positions) p += move.origin;
-    file.mesh = {.vertices_world = std::move(made.mesh.positions),
-                 .triangles = std::move(made.mesh.triangles),
-                 .colours = std::move(made.mesh.colours),
-                 .normals = std::move(made.mesh.normals),
-                 .texture_coordinates = std::move(made.mesh.texture_coordinates)};
+    file.mesh = to_indexed(std::move(made.mesh));
     return file;
 }
 
@@ -355,28 +359,17 @@ Result<SimplifiedFile> simplify_to(const TriangleMesh& mesh, const SimplifyOptio
     SimplifiedFile file;
     file.stop = set_level(made, settings.triangles, settings.error_m - rounding);
     file.error_m = made.error_m() > 0.0 ? made.error_m() + rounding : 0.0;
-    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-    std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
-    for (const auto& triangle : made.triangles()) {
-        for (const std::uint32_t vertex : triangle) number[made.input_vertices()[vertex]] = 0;
-    }
-    for (std::size_t i = 0; i < number.size(); ++i) {
-        if (number[i] == kUnused) continue;
-        number[i] = static_cast<std::uint32_t>(file.mesh.vertices_world.size());
-        file.mesh.vertices_world.push_back(mesh.positions[i]);
-        if (!mesh.colours.empty()) file.mesh.colours.push_back(mesh.colours[i]);
-        if (!mesh.normals.empty()) file.mesh.normals.push_back(mesh.normals[i]);
-        if (!mesh.texture_coordinates.empty())
-            file.mesh.texture_coordinates.push_back(mesh.texture_coordinates[i]);
-    }
+    TriangleMesh left = mesh;
+    left.triangles.clear();
     std::vector<std::uint32_t> order(made.triangles().size());
     std::iota(order.begin(), order.end(), 0u);
     std::ranges::sort(order, {}, [&](std::uint32_t i) { return made.input_triangles()[i]; });
     for (const std::uint32_t i : order) {
         TriangleMesh::Triangle triangle = made.triangles()[i];
-        for (std::uint32_t& vertex : triangle) vertex = number[made.input_vertices()[vertex]];
-        file.mesh.triangles.push_back(triangle);
+        for (std::uint32_t& vertex : triangle) vertex = made.input_vertices()[vertex];
+        left.triangles.push_back(triangle);
     }
+    file.mesh = to_indexed(without_unused_vertices(left));
     return file;
 }
 

@@ -20,25 +20,6 @@ constexpr std::array kLevelErrors = {0.001, 0.003, 0.01, 0.03, 0.1};
 // A level must have at most this share of the previous level's triangles.
 constexpr double kLeastSaving = 0.75;
 
-/// Drops the vertices that no triangle uses.
-void drop_unused(TriangleMesh& mesh) {
-    constexpr std::uint32_t kUnused = ~std::uint32_t{0};
-    std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
-    for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
-        for (const std::uint32_t vertex : triangle) number[vertex] = 0;
-    }
-    std::uint32_t count = 0;
-    for (std::size_t i = 0; i < number.size(); ++i) {
-        if (number[i] == kUnused) continue;
-        number[i] = count;
-        mesh.positions[count++] = mesh.positions[i];
-    }
-    mesh.positions.resize(count);
-    for (TriangleMesh::Triangle& triangle : mesh.triangles) {
-        for (std::uint32_t& vertex : triangle) vertex = number[vertex];
-    }
-}
-
 /// The current level of a mesh with the vertices that it uses.
 TriangleMesh level_of(const ProgressiveMesh& progressive, Normals normals) {
     const TriangleMesh& finest = progressive.finest();
@@ -50,7 +31,7 @@ TriangleMesh level_of(const ProgressiveMesh& progressive, Normals normals) {
         level.normals.assign(finest.normals.begin(), finest.normals.begin() + count);
     } else {
         join_vertices(level);
-        drop_unused(level);
+        level = without_unused_vertices(level);
     }
     return level;
 }

@@ -199,6 +199,40 @@ TEST_P(SimplifyMesh, KeepsLockedVertices) {
     EXPECT_GT(compared, 20);
 }
 
+// Waves in three stripes side by side, each with vertices and a material of its own.
+TEST_P(SimplifyMesh, KeepsTheMaterialsOfTheVerticesThatRemain) {
+    TriangleMesh input;
+    for (std::uint16_t stripe = 0; stripe < 3; ++stripe) {
+        const TriangleMesh part = mesh_of(make_grid(4, 9, [&](int x, int y) {
+            const int along = 4 * stripe + x;
+            return Eigen::Vector3d(along, y, std::sin(0.9 * y + 0.4 * along));
+        }));
+        const auto first = static_cast<std::uint32_t>(input.positions.size());
+        for (const auto& [a, b, c] : part.triangles)
+            input.triangles.push_back({first + a, first + b, first + c});
+        input.positions.insert(input.positions.end(), part.positions.begin(), part.positions.end());
+        input.materials.resize(input.positions.size(), stripe);
+    }
+    for (const std::size_t count : {input.triangles.size(), std::size_t{120}, std::size_t{60}}) {
+        const TriangleMesh made =
+            simplified(input, {.method = GetParam(), .triangles = count}).mesh;
+        ASSERT_TRUE(made.validate());
+        ASSERT_EQ(made.materials.size(), made.positions.size());
+        std::array<int, 3> triangles{};
+        for (const auto& [a, b, c] : made.triangles) {
+            const std::uint16_t material = made.materials[a];
+            EXPECT_EQ(made.materials[b], material);
+            EXPECT_EQ(made.materials[c], material);
+            const double middle =
+                (made.positions[a].x() + made.positions[b].x() + made.positions[c].x()) / 3.0;
+            // clusters move seams by less than a cell
+            EXPECT_NEAR(middle, 4.0 * material + 2.0, 3.0) << count;
+            ++triangles.at(material);
+        }
+        EXPECT_GT(*std::min_element(triangles.begin(), triangles.end()), 0) << count;
+    }
+}
+
 TEST_P(SimplifyMesh, GivesTheSameBitsAgain) {
     const TriangleMesh input = make_rock(3, 8);
     const SimplifiedCopy first = simplified(input, {.method = GetParam(), .triangles = 300}),

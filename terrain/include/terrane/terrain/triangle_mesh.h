@@ -39,4 +39,10 @@ struct TriangleMesh {
 /// Largest absolute coordinate of a position, metres.
 inline constexpr double kLargestMeshCoordinate = 1e6;
 
+/// The mesh with only the vertices that its triangles use, in the same order, with their attributes and materials.
+///
+/// Requires: a valid mesh
+/// Cost:     O(vertices + triangles)
+TriangleMesh without_unused_vertices(const TriangleMesh& mesh);
+
 }  // namespace terrane
