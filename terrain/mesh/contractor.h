@@ -36,35 +36,6 @@ struct Quadric {
     double x = 0.0, y = 0.0, z = 0.0;                                   ///< b
     double constant = 0.0;                                              ///< c
 
-    /// Adds `weight` times the squared distance to a plane.
-    /// @param normal unit
-    void add_plane(const Eigen::Vector3d& normal, const Eigen::Vector3d& on_plane, double weight) {
-        const double a = normal[0], b = normal[1], c = normal[2], d = -dot(normal, on_plane);
-        xx += weight * a * a;
-        xy += weight * a * b;
-        xz += weight * a * c;
-        yy += weight * b * b;
-        yz += weight * b * c;
-        zz += weight * c * c;
-        x += weight * a * d;
-        y += weight * b * d;
-        z += weight * c * d;
-        constant += weight * d * d;
-    }
-
-    void add(const Quadric& o) {
-        xx += o.xx;
-        xy += o.xy;
-        xz += o.xz;
-        yy += o.yy;
-        yz += o.yz;
-        zz += o.zz;
-        x += o.x;
-        y += o.y;
-        z += o.z;
-        constant += o.constant;
-    }
-
     void add_scaled(const Quadric& o, double scale) {
         xx += scale * o.xx;
         xy += scale * o.xy;
@@ -77,6 +48,7 @@ struct Quadric {
         z += scale * o.z;
         constant += scale * o.constant;
     }
+    void add(const Quadric& o) { add_scaled(o, 1.0); }
 
     /// Adds `weight` times the square of the linear function gradient * p + offset.
     void add_square(const Eigen::Vector3d& gradient, double offset, double weight) {
@@ -91,6 +63,12 @@ struct Quadric {
         y += weight * b * offset;
         z += weight * c * offset;
         constant += weight * offset * offset;
+    }
+
+    /// Adds `weight` times the squared distance to a plane.
+    /// @param normal unit
+    void add_plane(const Eigen::Vector3d& normal, const Eigen::Vector3d& on_plane, double weight) {
+        add_square(normal, -dot(normal, on_plane), weight);
     }
 
     /// The same function of p - step.
