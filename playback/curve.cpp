@@ -122,8 +122,8 @@ CurvePoint TrackCurve::at(double time) const {
                 t * (t - 2.0 * s) * rates_[i + 1]};
 }
 
-// The integral over each window is relative to the point in its middle, and slides from point to point, so that its
-// rounding is that of the places in a window, however long the polyline is.
+// The integral slides from point to point, relative to the point in the middle of its window. Rounding errors are
+// therefore proportional to the extent of a window, not to that of the polyline or to its distance from the origin.
 std::vector<Eigen::Vector3d> windowed_means(const std::vector<double>& at,
                                             const std::vector<Eigen::Vector3d>& points,
                                             double half_width) {

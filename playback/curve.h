@@ -38,12 +38,12 @@ private:
 /// Interpolates the points of a track by cubic Hermite pieces: once continuously differentiable, constant before the
 /// first and after the last point. The rate at a point is the slope of the parabola through this point and its two
 /// neighbours (Catmull-Rom for uneven times), limited in plan to twice the speed over both adjacent intervals, and in
-/// height to 0 to twice the climb over both. So whatever the intervals, with the chord and the velocity between two
-/// points:
-///   - the curve is at most 0.53 times the length of the chord from the point that moves uniformly along the chord, and
-///     at most kMostDrift seconds times the velocity;
-///   - its speed is at most 2.5 times that of the uniform motion;
-///   - its height is between the heights of the two points.
+/// height to 0 to twice the climb over both. Therefore between two points, whatever the intervals, compared with
+/// uniform motion along the chord:
+///   - the curve's distance from the uniform motion at the same time is at most 0.53 times the length of the chord, and
+///     at most kMostDrift seconds times the uniform speed;
+///   - the curve's speed is at most 2.5 times the uniform speed;
+///   - the curve's height is between the heights of the two points.
 /// Where plain pieces would go beyond kMostDrift, as at a corner between long intervals, the curve follows the middle
 /// of the chord exactly, and differs from the chord only within kBlendTime of the points.
 class TrackCurve {

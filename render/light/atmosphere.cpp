@@ -392,7 +392,10 @@ std::array<double, kCount> azimuth_cosines() {
     return cosines;
 }
 
-// Sine of the elevation of a map's row, given that of the horizon.
+// Sine of the elevation of a map's row. Rows go from straight down through the horizon, in the middle row, to straight
+// up. The difference to the horizon's sine grows with the square of the number of rows, so that rows are densest there.
+//
+// @param horizon sine of the horizon's elevation
 double sine_of_row(int row, int rows, double horizon) {
     const double place = 2.0 * row / (rows - 1) - 1.0;
     const double reach = place < 0.0 ? 1.0 + horizon : 1.0 - horizon;

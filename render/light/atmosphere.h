@@ -49,7 +49,9 @@ public:
 
     AirPart at(double altitude) const;
 
-    /// Share of light that passes from an altitude to space, whether or not the planet is in the way.
+    /// Transmittance of the air from an altitude to space along a ray; the planet does not block rays.
+    ///
+    /// @param sine of the ray's elevation
     Rgb transmittance(double altitude, double sine) const;
     /// Share of the sun's disc above the horizon, 0 to 1.
     static double sun_share(double altitude, double sun_sine);
@@ -110,9 +112,12 @@ inline constexpr double kAirReach = 20'000.0;
 /// Altitude above which the map's distances begin at the lower air.
 inline constexpr double kLowerAir = 60'000.0;
 
-/// Radiances, four floats a texel of which the last is 1; by distance, elevation and azimuth.
+/// Radiances. The fourth float of a texel is 1.
 struct SkyMaps {
-    std::vector<float> sky, air;
+    /// [kSkyElevations][kSkyAzimuths][4] of the air up to space or to the planet, and of the planet.
+    std::vector<float> sky;
+    /// [kAirDistances][kAirElevations][kAirAzimuths][4] of the air up to the distance.
+    std::vector<float> air;
 };
 
 /// Fills the maps of an altitude.

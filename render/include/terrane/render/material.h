@@ -56,7 +56,7 @@ struct MeshMaterial {
     MaterialTexture roughness_metal_texture = {};
     float roughness = 1.0f;  ///< 0: a mirror, 1: matt
     float metal = 0.0f;      ///< 1: a metal, whose colour is that of its reflections; 0: no metal
-    /// Light that the surface emits, linear; 2 is about that of white paper in the sun.
+    /// Emitted radiance, linear, 0 to 1e6; white paper in the sun reflects about 2.
     std::array<float, 3> emission{0.0f, 0.0f, 0.0f};
     /// Pixels with less opacity than this are not drawn, and cast no shadows; absent: opacity is ignored.
     std::optional<float> alpha_cutoff = {};
