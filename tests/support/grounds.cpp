@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "support/grounds.h"
 
+#include <terrane/terrain/fractal_heights.h>
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -84,6 +86,15 @@ HeightInterval WaveHeights::interval(const WorldRect&) const { return {-amplitud
 
 double WaveHeights::rise_bound(double distance) const {
     return std::min(2.0 * amplitude_, std::sqrt(2.0) * 8.0 * amplitude_ / wavelength_ * distance);
+}
+
+std::shared_ptr<const HeightSource> fractal_hills() {
+    return FractalHeights::create({.seed = 3,
+                                   .octave_count = 8,
+                                   .amplitude = 60.0,
+                                   .wavelength_log2 = 9,
+                                   .root_size_log2 = 11})
+        .value();
 }
 
 WorldRect whole_extent(const Lattice& lattice) {

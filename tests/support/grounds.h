@@ -42,6 +42,9 @@ private:
     double wavelength_;
 };
 
+/// Fractal hills over 2 x 2 root squares of 2048 m around the origin; the first octave has 60 m.
+std::shared_ptr<const HeightSource> fractal_hills();
+
 /// The whole extent of a lattice's root squares.
 WorldRect whole_extent(const Lattice& lattice);
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "scene/mesh_objects.h"
 
+#include "support/grounds.h"
 #include "support/meshes.h"
 
 #include <terrane/scene/culling.h>
-#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -16,15 +16,6 @@
 
 namespace terrane::tools {
 namespace mesh_objects_test {
-
-std::shared_ptr<const HeightSource> hills() {
-    return FractalHeights::create({.seed = 3,
-                                   .octave_count = 8,
-                                   .amplitude = 60.0,
-                                   .wavelength_log2 = 9,
-                                   .root_size_log2 = 11})
-        .value();
-}
 
 TriangleMesh make_block() {
     TriangleMesh block;
@@ -59,7 +50,7 @@ SceneObjects placed_objects() {
 
 MeshObjects make(const SceneObjects& objects, const View& view, double max_error_px,
                  Normals normals = Normals::without) {
-    return MeshObjects::create(hills(), objects, view, max_error_px, normals).value();
+    return MeshObjects::create(test::fractal_hills(), objects, view, max_error_px, normals).value();
 }
 
 double volume_of(const std::vector<WorldPos>& vertices,
@@ -191,7 +182,7 @@ TEST(MeshObjects, ScatteredOnesAreThoseInViewOfMoreThanTheError) {
     EXPECT_EQ(counts.error_px, max_error_px);
 
     // all squares of the world, without ranges
-    const auto source = hills();
+    const auto source = test::fractal_hills();
     const Scatter scatter = Scatter::create(source, objects.scatters[0].settings).value();
     const Aabb box = bounding_box(objects.meshes[0].positions);
     const double size = (box.high - box.low).norm();
@@ -223,7 +214,7 @@ TEST(MeshObjects, AreRefusedByTheFileOfTheirMesh) {
     SceneObjects objects = placed_objects();
     objects.scatters = {{1, {.per_km2 = 1e6}}};
     const Result<MeshObjects> many =
-        MeshObjects::create(hills(), objects, View(), 1e-3, Normals::without);
+        MeshObjects::create(test::fractal_hills(), objects, View(), 1e-3, Normals::without);
     ASSERT_FALSE(many);
     EXPECT_EQ(many.error().message,
               "rock.obj: a scatter may have at most 2^22 objects in sight, got about 1.67772e+07");

@@ -2,13 +2,13 @@
 #include "frames/object_field.h"
 
 #include "scene/mesh_files.h"
+#include "support/grounds.h"
 #include "support/meshes.h"
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/culling.h>
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/composed_heights.h>
-#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -23,15 +23,6 @@
 
 namespace terrane::tools {
 namespace object_field_test {
-
-std::shared_ptr<const HeightSource> hills() {
-    return FractalHeights::create({.seed = 3,
-                                   .octave_count = 8,
-                                   .amplitude = 60.0,
-                                   .wavelength_log2 = 9,
-                                   .root_size_log2 = 11})
-        .value();
-}
 
 SceneObjects forest(double per_km2) {
     SceneObjects objects;
@@ -109,7 +100,7 @@ TEST(ObjectField, DrawsTheNearestOfManyTrianglesWithLevelsOfTheirOwn) {
     objects.files = {"rock.obj"};
     objects.objects = {{0, {Eigen::Matrix3d::Identity(), {0.0, 6.0, 0.0}}, 1.0}};
     const View view = view_along({0.0, 0.0, 0.0});
-    ObjectField field = make_field(hills(), objects, 1.0, view);
+    ObjectField field = make_field(test::fractal_hills(), objects, 1.0, view);
     field.begin_frame(view);
     const SceneDraws draws = field.end_frame(1.0);
     EXPECT_TRUE(draws.meshes.empty());
@@ -154,7 +145,7 @@ TEST(ObjectLevels, OfDegenerateDuplicatedAndDisconnectedTrianglesAreMade) {
 }
 
 TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
-    const auto source = hills();
+    const auto source = test::fractal_hills();
     const SceneObjects objects = forest(400.0);
     const View view = view_along({0.0, -300.0, 90.0});
     ObjectField field = make_field(source, objects, 1.0, view);
@@ -186,7 +177,7 @@ TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
 }
 
 TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
-    const auto source = hills();
+    const auto source = test::fractal_hills();
     const SceneObjects objects = forest(400.0);
     View view = view_along({-900.0, -300.0, 90.0});
     ObjectField flown = make_field(source, objects, 4.0, view);
@@ -206,7 +197,7 @@ TEST(ObjectField, SquaresComeInAFewAFrameAndAFlightEndsAsIfLoadedAtOnce) {
 }
 
 TEST(ObjectField, FramesDoNotWaitForTheSourceAndSquaresComeWhenItAnswers) {
-    const auto source = std::make_shared<GatedHeights>(hills());
+    const auto source = std::make_shared<GatedHeights>(test::fractal_hills());
     const SceneObjects objects = forest(400.0);
     View view = view_along({-900.0, -300.0, 90.0});
     ObjectField field = make_field(source, objects, 4.0, view, true);
@@ -226,7 +217,7 @@ TEST(ObjectField, FramesDoNotWaitForTheSourceAndSquaresComeWhenItAnswers) {
 }
 
 TEST(ObjectField, EndsWhileItsThreadWaitsForTheSource) {
-    const auto source = std::make_shared<GatedHeights>(hills());
+    const auto source = std::make_shared<GatedHeights>(test::fractal_hills());
     const View view = view_along({0.0, -300.0, 90.0});
     source->is_open = false;
     std::jthread opener;
@@ -238,7 +229,7 @@ TEST(ObjectField, EndsWhileItsThreadWaitsForTheSource) {
 }
 
 TEST(ObjectField, HasNoObjectsFarFromTheWorldAndHoldsAtTinyTargets) {
-    const auto source = hills();
+    const auto source = test::fractal_hills();
     View view = view_along({1e12, -1e12, 0.0});
     ObjectField far = make_field(source, forest(400.0), 1.0, view);
     EXPECT_EQ(counts_of(far, view, 1.0).triangles, 0u);
@@ -250,7 +241,7 @@ TEST(ObjectField, HasNoObjectsFarFromTheWorldAndHoldsAtTinyTargets) {
 }
 
 TEST(ObjectField, RefusesAScatterOfMoreObjectsThanItCanHold) {
-    const auto source = hills();
+    const auto source = test::fractal_hills();
     const View view = view_along({0, 0, 0});
     const auto made =
         ObjectField::create(source, forest(1e6), {.max_error_px = 1e-3, .picture = view}, nullptr);
