@@ -604,6 +604,41 @@ TEST(Emitter, RefusesWhatIsOutOfRangeByItsName) {
               "instances and emitters cannot be below a switch or a billboard");
 }
 
+TEST(SceneNodes, BoundsOfInstancesAreThoseOfTheirObjectsInTheWorld) {
+    Random random(1);
+    Scene scene = make_scene();
+    const ObjectModel model = random_model(random, 0);
+    const ModelId id = scene.add_model(model).value();
+    const NodeId parent = add(scene, scene.root(), at({3, 4, 5}, 2.0), GroupNode{});
+    std::vector<PlacedObject> objects;
+    for (int i = 0; i < 600; ++i) objects.push_back(random_object(random, 200.0));
+    const NodeId node = add(scene, parent, {}, InstancesNode{id, objects});
+    const NodePlace above = random_place(random, 100.0);
+    ASSERT_TRUE(scene.set_place(parent, above));
+    std::vector<Eigen::Vector3d> corners_world;
+    for (const PlacedObject& object : objects) {
+        const auto& q = object.rotation;
+        const Eigen::Quaterniond rotation(q[3], q[0], q[1], q[2]);
+        for (int i = 0; i < 8; ++i) {
+            Eigen::Vector3d corner = model.bounds.low;
+            for (int axis = 0; axis < 3; ++axis) {
+                if ((i >> axis & 1) != 0) corner[axis] = model.bounds.high[axis];
+            }
+            const Eigen::Vector3d turned =
+                rotation.normalized() * Eigen::Vector3d(static_cast<double>(object.scale) * corner);
+            corners_world.push_back(above.parent_from_node *
+                                    Eigen::Vector3d(above.scale * (object.position + turned)));
+        }
+    }
+    const Aabb expected = bounding_box(corners_world);
+    const std::optional<Aabb> bounds_world = scene.bounds_world(scene.root());
+    ASSERT_TRUE(bounds_world);
+    EXPECT_LE((bounds_world->low - expected.low).norm(), 1e-3);
+    EXPECT_LE((bounds_world->high - expected.high).norm(), 1e-3);
+    scene.remove(node);
+    EXPECT_FALSE(scene.bounds_world(parent).has_value());
+}
+
 TEST(SceneNodes, InstancesAreNotAllowedWhereTheirFrameChanges) {
     constexpr const char* kMessage =
         "instances and emitters cannot be below a switch or a billboard";

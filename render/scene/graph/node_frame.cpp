@@ -73,7 +73,7 @@ public:
     };
 
     void visit(NodeId id, const WorldPlace& place, Above above) {
-        const std::optional<Aabb>& bounds = nodes_.bounds(id).singles;
+        const std::optional<Aabb>& bounds = nodes_.bounds(id);
         if (!bounds || !(place.scale >= kLeastScale && place.scale <= kMostScale)) return;
         const OrientedBox box = transform(place.world_from_node, place.scale, *bounds);
         const bool was_in_view = !above.is_caster;
@@ -216,7 +216,7 @@ public:
           displacement_(displacement) {}
 
     void visit(NodeId id, const WorldPlace& place) {
-        const std::optional<Aabb>& bounds = nodes_.bounds(id).singles;
+        const std::optional<Aabb>& bounds = nodes_.bounds(id);
         if (!bounds) return;
         // the inverse, not the transpose: rotations are orthonormal to 1e-6 only
         const Eigen::Matrix3d node_from_world =

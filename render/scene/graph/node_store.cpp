@@ -5,7 +5,6 @@
 #include "base/settings_check.h"
 #include "base/vector_math.h"
 #include "graph/emitters.h"
-#include "objects/object_clusters.h"
 
 #include <terrane/base/text.h>
 #include <terrane/scene/culling.h>
@@ -16,15 +15,6 @@
 
 namespace terrane::internal {
 namespace {
-
-void unite(const Aabb& box, std::optional<Aabb>& bounds) {
-    if (!bounds) {
-        bounds = box;
-        return;
-    }
-    bounds->low = bounds->low.cwiseMin(box.low);
-    bounds->high = bounds->high.cwiseMax(box.high);
-}
 
 // Bounds of a box that is turned by any angle about the origin (screen) or about the z axis.
 Aabb turned_bounds(const Aabb& box, BillboardNode::Axis axis) {
@@ -39,6 +29,15 @@ Aabb turned_bounds(const Aabb& box, BillboardNode::Axis axis) {
 }
 
 }  // namespace
+
+void unite(const Aabb& box, std::optional<Aabb>& bounds) {
+    if (!bounds) {
+        bounds = box;
+        return;
+    }
+    bounds->low = bounds->low.cwiseMin(box.low);
+    bounds->high = bounds->high.cwiseMax(box.high);
+}
 
 NodeStore::NodeStore() {
     last_ = 1;
@@ -106,26 +105,18 @@ void NodeStore::invalidate(NodeId node) {
     }
 }
 
-const SubtreeBounds& NodeStore::bounds(NodeId node) {
+const std::optional<Aabb>& NodeStore::bounds(NodeId node) {
     GraphNode& current = nodes_.at(node);
     if (current.is_current) return current.bounds;
-    const bool has_instances = std::holds_alternative<InstancesNode>(current.content);
-    SubtreeBounds bounds = {current.own_bounds, has_instances ? std::nullopt : current.own_bounds};
+    std::optional<Aabb> bounds = current.own_bounds;
     for (const NodeId child : current.children) {
-        const SubtreeBounds& of_child = this->bounds(child);
+        const std::optional<Aabb>& of_child = this->bounds(child);
+        if (!of_child) continue;
         const NodePlace& place = nodes_.at(child).place;
-        const auto include = [&](const std::optional<Aabb>& box, std::optional<Aabb>& united) {
-            if (box)
-                unite(bounding_box(transform(place.parent_from_node, place.scale, *box)), united);
-        };
-        include(of_child.all, bounds.all);
-        include(of_child.singles, bounds.singles);
+        unite(bounding_box(transform(place.parent_from_node, place.scale, *of_child)), bounds);
     }
-    if (const auto* billboard = std::get_if<BillboardNode>(&current.content)) {
-        for (std::optional<Aabb>* box : {&bounds.all, &bounds.singles}) {
-            if (*box) *box = turned_bounds(**box, billboard->axis);
-        }
-    }
+    const auto* billboard = std::get_if<BillboardNode>(&current.content);
+    if (billboard != nullptr && bounds) bounds = turned_bounds(*bounds, billboard->axis);
     current.bounds = bounds;
     current.is_current = true;
     return current.bounds;
@@ -249,15 +240,6 @@ Result<void> check_content(const NodeContent& content, std::span<const ObjectMod
 std::optional<Aabb> bounds_of(const NodeContent& content, std::span<const ObjectModel> models) {
     if (const auto* node = std::get_if<ModelNode>(&content))
         return models[static_cast<std::uint32_t>(node->model)].bounds;
-    if (const auto* instances = std::get_if<InstancesNode>(&content)) {
-        const Aabb& of_model = models[static_cast<std::uint32_t>(instances->model)].bounds;
-        std::optional<Aabb> all;
-        for (const PlacedObject& object : instances->objects) {
-            const Pose pose = {rotation_of(object.rotation), object.position};
-            unite(bounding_box(transform(pose, static_cast<double>(object.scale), of_model)), all);
-        }
-        return all;
-    }
     const auto* particles = std::get_if<ParticlesNode>(&content);
     if (particles == nullptr || particles->discs.empty()) return {};
     Aabb box = empty_box();

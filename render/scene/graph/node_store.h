@@ -13,12 +13,6 @@
 
 namespace terrane::internal {
 
-/// Bounds of a subtree, in the frame of its top node; none without content.
-struct SubtreeBounds {
-    std::optional<Aabb> all;
-    std::optional<Aabb> singles;  ///< without instances, which are culled by their clusters
-};
-
 /// A node and its place in the tree.
 struct GraphNode {
     NodeId parent{};
@@ -29,7 +23,7 @@ struct GraphNode {
     std::optional<Aabb> own_bounds;  ///< of its content, in its frame
     std::size_t level = 0;           ///< of a switch in the last frame
     bool is_current = false;         ///< whether `bounds` is valid; if not, no ancestor is current
-    SubtreeBounds bounds;
+    std::optional<Aabb> bounds;      ///< of the subtree, in its frame
 };
 
 /// Transform from a node's frame to the world frame.
@@ -72,8 +66,9 @@ public:
     /// The nodes of a subtree: a node comes before its children.
     std::vector<NodeId> subtree(NodeId node) const;
 
-    /// Updates the bounds if necessary.
-    const SubtreeBounds& bounds(NodeId node);
+    /// Bounds of a subtree, in the frame of its top node, without instances, which are culled by their clusters. None
+    /// without other content. Updates the bounds if necessary.
+    const std::optional<Aabb>& bounds(NodeId node);
 
     /// Transform from a node's frame to the world frame.
     WorldPlace place_world(NodeId node) const;
@@ -85,11 +80,15 @@ private:
     std::uint64_t last_ = 0;
 };
 
+/// Extends bounds, which may be none, to contain a box.
+void unite(const Aabb& box, std::optional<Aabb>& bounds);
+
 /// Fails: invalid_argument, naming the value, for a place out of range
 Result<void> check_place(const NodePlace& place);
 /// Fails: invalid_argument, naming the value, for content out of range, or a model that is not among the models
 Result<void> check_content(const NodeContent& content, std::span<const ObjectModel> models);
-/// Bounds of content that check_content() accepts, in the node's frame; none if it draws nothing by itself.
+/// Bounds of content that check_content() accepts, in the node's frame; none if it draws nothing by itself, and for
+/// instances: the bounds of their clusters are those in the world frame.
 std::optional<Aabb> bounds_of(const NodeContent& content, std::span<const ObjectModel> models);
 
 /// The place of a billboard, turned to face a view.

@@ -375,10 +375,17 @@ std::size_t Scene::object_count() const {
 std::optional<Aabb> Scene::bounds_world(NodeId node) const {
     NodeStore& nodes = state_->nodes;
     if (nodes.find(node) == nullptr) return {};
-    const std::optional<Aabb>& bounds = nodes.bounds(node).all;
-    if (!bounds) return {};
-    const internal::WorldPlace place = nodes.place_world(node);
-    return bounding_box(transform(place.world_from_node, place.scale, *bounds));
+    std::optional<Aabb> bounds_world;
+    if (const std::optional<Aabb>& bounds = nodes.bounds(node); bounds) {
+        const internal::WorldPlace place = nodes.place_world(node);
+        bounds_world = bounding_box(transform(place.world_from_node, place.scale, *bounds));
+    }
+    if (state_->clusters.object_count() == 0) return bounds_world;
+    for (const NodeId each : nodes.subtree(node)) {
+        for (const ObjectCluster& cluster : state_->clusters.of_node(each))
+            internal::unite(cluster.bounds_world, bounds_world);
+    }
+    return bounds_world;
 }
 
 std::span<const TriangleDemand> Scene::begin_frame(const View& view, double least_threshold_px,

@@ -65,6 +65,12 @@ public:
     /// No effect for a node that is not in the set.
     void remove(NodeId node);
     std::size_t object_count() const { return object_count_; }
+    /// The clusters of a node; none for a node that is not in the set.
+    std::span<const ObjectCluster> of_node(NodeId node) const {
+        const auto found = nodes_.find(node);
+        if (found == nodes_.end()) return {};
+        return found->second;
+    }
 
     /// Visits all clusters: void(NodeId, const ObjectCluster&), in the order of their nodes.
     template <class Visit>

@@ -135,6 +135,8 @@ public:
     /// Number of models and instances in all nodes.
     std::size_t object_count() const;
     /// World bounds of a node and its subtree; none if the subtree draws nothing or the id is unknown.
+    ///
+    /// Cost: with instances in the scene, O(nodes of the subtree)
     std::optional<Aabb> bounds_world(NodeId node) const;
 
     /// Culls nodes and objects, chooses the levels of switches, turns billboards, sorts particles from far to near, and
