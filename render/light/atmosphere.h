@@ -40,7 +40,7 @@ struct AirRay {
 /// Scattering of sunlight in the air of a planet: a smooth sphere under air whose density depends only on the altitude.
 ///
 /// Radiances are per unit of the sun's irradiance above the air, 1/sr. They stay finite for every sun, altitude and
-/// direction. Threads: any number at once. Cost: the constructor takes about 40 ms.
+/// direction. Threads: any number at once. Cost: the constructor takes about 50 ms.
 class Atmosphere {
 public:
     /// @param haze_distance metres at sea level over which air and aerosols absorb two thirds of green light, > 0. Air
@@ -122,7 +122,7 @@ struct SkyMaps {
 
 /// Fills the maps of an altitude.
 ///
-/// Cost: about 20 ms
+/// Cost: about 10 ms
 SkyMaps make_sky_maps(const Atmosphere& atmosphere, double altitude, double sun_sine,
                       const Rgb& planet_light);
 
