@@ -104,6 +104,53 @@ Eigen::Vector3d read_vector(py::handle argument, const char* name) {
     return {array.data()[0], array.data()[1], array.data()[2]};
 }
 
+std::vector<Eigen::Vector3d> read_points(py::handle argument, const char* name) {
+    const Doubles array = read_doubles(argument, name);
+    if (array.ndim() != 2 || array.shape(1) != 3)
+        throw py::value_error(std::string(name) + " must have the shape (n, 3), got " +
+                              shape_text(array));
+    std::vector<Eigen::Vector3d> points(static_cast<std::size_t>(array.shape(0)));
+    const double* next = array.data();
+    for (Eigen::Vector3d& point : points) {
+        point = {next[0], next[1], next[2]};
+        next += 3;
+    }
+    return points;
+}
+
+std::vector<std::array<std::uint32_t, 3>> read_triangles(py::handle argument, const char* name,
+                                                         std::size_t vertex_count) {
+    const py::array given = py::array::ensure(argument);
+    if (!given || (given.dtype().kind() != 'i' && given.dtype().kind() != 'u'))
+        throw py::type_error(std::string(name) + " must hold whole numbers");
+    const auto indices = py::array_t<std::int64_t, py::array::c_style>::ensure(given);
+    if (indices.ndim() != 2 || indices.shape(1) != 3)
+        throw py::value_error(std::string(name) + " must have the shape (m, 3), got " +
+                              shape_text(indices));
+    std::vector<std::array<std::uint32_t, 3>> triangles(static_cast<std::size_t>(indices.shape(0)));
+    for (std::size_t i = 0; i < 3 * triangles.size(); ++i) {
+        const std::int64_t index = indices.data()[i];
+        if (index < 0 || index >= static_cast<std::int64_t>(vertex_count))
+            throw py::value_error(std::string(name) + "[" + std::to_string(i / 3) +
+                                  "] has the index " + std::to_string(index) + ", and there are " +
+                                  std::to_string(vertex_count) + " vertices");
+        triangles[i / 3][i % 3] = static_cast<std::uint32_t>(index);
+    }
+    return triangles;
+}
+
+py::array_t<std::uint8_t, py::array::c_style> read_bytes(py::handle argument, const char* name) {
+    const py::array array = py::array::ensure(argument);
+    const std::string wanted = std::string(name) + " must be an array of uint8, got ";
+    if (!array)
+        throw py::type_error(wanted + "a " +
+                             py::cast<std::string>(py::type::of(argument).attr("__name__")));
+    if (array.dtype().kind() != 'u' || array.dtype().itemsize() != 1)
+        throw py::type_error(wanted + "an array of " +
+                             py::cast<std::string>(py::str(array.dtype())));
+    return py::array_t<std::uint8_t, py::array::c_style>::ensure(array);
+}
+
 Rows::Rows(const Doubles& array, const char* name, py::ssize_t width, bool is_shared)
     : array_(array),
       name_(name),

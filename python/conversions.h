@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <initializer_list>
 #include <limits>
 #include <string>
@@ -78,6 +79,17 @@ Doubles read_doubles(py::handle argument, const char* name);
 
 /// Reads a vector of shape (3,), finite or not.
 Eigen::Vector3d read_vector(py::handle argument, const char* name);
+
+/// Reads points or other vectors of shape (n, 3).
+std::vector<Eigen::Vector3d> read_points(py::handle argument, const char* name);
+
+/// Reads triangles: indices of vertices, whole numbers of shape (m, 3).
+/// Fails: TypeError for other numbers, ValueError for another shape and for an index that no vertex has
+std::vector<std::array<std::uint32_t, 3>> read_triangles(py::handle argument, const char* name,
+                                                         std::size_t vertex_count);
+
+/// Reads an array of uint8, of any shape.
+py::array_t<std::uint8_t, py::array::c_style> read_bytes(py::handle argument, const char* name);
 
 /// The shape of an array as Python prints it: "(4, 3)".
 std::string shape_text(const py::array& array);

@@ -131,7 +131,7 @@ PYBIND11_MODULE(_terrane, module) {
     if (TERRANE_PYTHON_STORE) components.append("store");
     if (TERRANE_PYTHON_DEM) components.append("dem");
 #if TERRANE_PYTHON_RENDER
-    python::bind_renderer(module);
+    python::bind_pictures(module);
     components.append("render");
 #endif
     module.attr("components") = pybind11::tuple(components);

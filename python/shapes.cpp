@@ -16,15 +16,6 @@ HeldShape checked(Shape shape) {
     return {std::move(shape)};
 }
 
-// Reads points of shape (n, 3).
-std::vector<Eigen::Vector3d> read_points(const py::object& argument, const char* name) {
-    const Rows rows(argument, name, 3);
-    if (rows.is_shared()) throw py::value_error(std::string(name) + " must have the shape (n, 3)");
-    std::vector<Eigen::Vector3d> points(rows.count());
-    for (std::size_t i = 0; i < points.size(); ++i) points[i] = rows.vector(i);
-    return points;
-}
-
 HeldShape make_hull(const py::object& argument) {
     const std::vector<Eigen::Vector3d> points = read_points(argument, "points");
     return {value_or_raise(without_lock([&] { return ConvexHull::create(points); }))};
@@ -49,21 +40,8 @@ HeldShape make_compound(
 
 HeldShape make_from_triangles(const py::object& vertices, const py::object& triangles) {
     const std::vector<Eigen::Vector3d> points = read_points(vertices, "vertices");
-    const py::array given = py::array::ensure(triangles);
-    if (!given || (given.dtype().kind() != 'i' && given.dtype().kind() != 'u'))
-        throw py::type_error("triangles must hold whole numbers");
-    const auto indices = py::array_t<std::int64_t, py::array::c_style>::ensure(given);
-    if (indices.ndim() != 2 || indices.shape(1) != 3)
-        throw py::value_error("triangles must have the shape (m, 3), got " + shape_text(indices));
-    std::vector<std::array<std::uint32_t, 3>> faces(static_cast<std::size_t>(indices.shape(0)));
-    for (std::size_t i = 0; i < 3 * faces.size(); ++i) {
-        const std::int64_t index = indices.data()[i];
-        if (index < 0 || index >= static_cast<std::int64_t>(points.size()))
-            throw py::value_error("triangles[" + std::to_string(i / 3) + "] has the index " +
-                                  std::to_string(index) + ", and there are " +
-                                  std::to_string(points.size()) + " vertices");
-        faces[i / 3][i % 3] = static_cast<std::uint32_t>(index);
-    }
+    const std::vector<std::array<std::uint32_t, 3>> faces =
+        read_triangles(triangles, "triangles", points.size());
     return {value_or_raise(without_lock([&] { return Compound::from_triangles(points, faces); }))};
 }
 

@@ -171,6 +171,12 @@ void bind_resident(py::module_& module) {
             "Whether all root squares are resident: without them nothing is drawn.");
 }
 
+#if !TERRANE_PYTHON_RENDER
+std::vector<TriangleDemand> demands_of(py::handle, const View&, double) {
+    throw py::type_error("scene must be None: this Terrane was built without 'render'");
+}
+#endif
+
 namespace {
 
 // A region that a terrain keeps resident, as held by Python: a key of HeldTerrain::regions.
@@ -210,8 +216,8 @@ std::shared_ptr<TerrainUse> make_terrain(const Source& source, std::size_t memor
                                               .open_chunks = open_chunks}};
     Terrain made =
         value_or_raise(without_lock([&] { return Terrain::create(source.heights, settings); }));
-    return std::shared_ptr<TerrainUse>(
-        new TerrainUse{.held = {"Terrain", {.terrain = std::move(made)}}});
+    return std::shared_ptr<TerrainUse>(new TerrainUse{
+        .held = {"Terrain", {.terrain = std::move(made)}}, .meshes = settings.meshes});
 }
 
 BodyNeeds make_needs(const py::object& centre, const py::object& velocity,
@@ -244,11 +250,16 @@ using Advance = const Frame& (Terrain::*)(std::span<const Camera>, std::span<con
                                           double);
 
 template <Advance advance>
-py::object frame_at(const std::shared_ptr<TerrainUse>& terrain, const std::vector<Camera>& cameras,
-                    const BodyNeeds* bodies, double time_s) {
+py::object frame_at(const std::shared_ptr<TerrainUse>& terrain, std::vector<Camera> cameras,
+                    const BodyNeeds* bodies, double time_s, const py::object& scene) {
     if (!std::isfinite(time_s)) throw py::value_error("time_s must be finite");
     std::span<const BodyNeed> needs;
     if (bodies != nullptr) needs = bodies->needs;
+    std::vector<std::vector<TriangleDemand>> demands(scene.is_none() ? 0 : cameras.size());
+    for (std::size_t i = 0; i < demands.size(); ++i) {
+        demands[i] = demands_of(scene, cameras[i].view, terrain->meshes.max_error_px);
+        cameras[i].demands = demands[i];
+    }
     const auto use = terrain->held.change();
     ++terrain->updates;
     return frame_of(
@@ -367,14 +378,15 @@ open_chunks      refined chunks of a mesh that can be processed without allocati
 Raises ValueError for a setting out of range, MemoryError where the ceiling does not hold the root squares.)")
         .def(
             "update", &frame_at<&Terrain::update>, py::arg("cameras"), py::arg("bodies"),
-            py::arg("time_s"),
+            py::arg("time_s"), py::arg("scene") = py::none(),
             R"(Pages and triangulates for one Frame. Never waits for loads where worker_count > 0. Without the lock.
 
 cameras  a list of Camera, identified by their index
 bodies   World.needs(), BodyNeeds or None
-time_s   seconds on any clock that does not go back)")
+time_s   seconds on any clock that does not go back
+scene    a Scene whose objects share the triangle budget of each mesh, or None)")
         .def("load", &frame_at<&Terrain::load>, py::arg("cameras"), py::arg("bodies"),
-             py::arg("time_s"),
+             py::arg("time_s"), py::arg("scene") = py::none(),
              "As update(), then loads until all needs are resident or cannot be. Blocks: for the "
              "first Frame.")
         .def("require", &require, py::arg("region"), py::arg("deadline_s") = 0.0,

@@ -59,6 +59,7 @@ struct HeldTerrain {
 /// A terrain, as held by Python.
 struct TerrainUse {
     Guarded<HeldTerrain> held;
+    TriangulatorSettings meshes;            ///< of its meshes
     std::atomic<std::uint64_t> updates{0};  ///< calls of update() and load()
 };
 
@@ -80,7 +81,11 @@ struct Mesh {
 /// Adds Mesh.
 void bind_meshes(py::module_& module);
 
-/// Adds Renderer.
-void bind_renderer(pybind11::module_& module);
+/// The triangles that the objects of a Scene demand in a view, where a mesh has an error of at least `least_px`.
+/// Fails: TypeError if `scene` is not a Scene, ValueError if it is closed
+std::vector<TriangleDemand> demands_of(py::handle scene, const View& view, double least_px);
+
+/// Adds Renderer, Scene, Model and Node.
+void bind_pictures(py::module_& module);
 
 }  // namespace terrane::python

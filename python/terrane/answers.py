@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, Tuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from . import Ground, Mesh, Shape
+    from . import Ground, Mesh, Node, Shape
 
 
 class QueryStatus(IntEnum):
@@ -347,6 +347,31 @@ class WorldRays(NamedTuple):
     point_world: np.ndarray  # float64 (S, 3), metres; NaN without a hit
     normal: np.ndarray  # float64 (S, 3), unit; NaN without a hit
     status: np.ndarray  # int8 (S), QueryStatus
+
+
+class SceneHit(NamedTuple):
+    """Where a segment first hits an object of a Scene."""
+
+    node: "Node"
+    object: int  # of the node's instances: its index, else 0
+    fraction: float  # of the segment, 0 to 1
+    point_world: np.ndarray  # float64 (3,), metres
+    normal: np.ndarray  # float64 (3,), unit, world axes, against the segment
+    triangle: int  # of the model's triangles
+
+
+class SceneCounts(NamedTuple):
+    """What a picture of a Scene has drawn; counts of objects are of objects and instances."""
+
+    objects: int  # in the scene
+    in_view: int
+    drawn: int
+    left_out: int  # in view, too small to be seen
+    continuous: int  # with continuous levels of detail
+    triangles: int  # of objects and particles
+    particles: int  # in view
+    culled_nodes: int  # out of view
+    casters: int  # out of view, whose shadows may be in view
 
 
 class LidarScan(NamedTuple):

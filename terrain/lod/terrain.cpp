@@ -54,7 +54,8 @@ struct Terrain::State {
         const std::shared_ptr<const ResidentSet> resident = pager.resident();
         meshes.clear();
         for (std::size_t i = 0; i < cameras.size(); ++i) {
-            meshes.push_back(eyes[i].triangulator.update(resident, cameras[i].view));
+            meshes.push_back(
+                eyes[i].triangulator.update(resident, cameras[i].view, cameras[i].demands));
             if (meshes.back().threshold_px > 0.0) eyes[i].threshold_px = meshes.back().threshold_px;
         }
         const PagerStats stats = pager.stats();

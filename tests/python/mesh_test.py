@@ -107,8 +107,9 @@ class Pictures(Scene):
         self.assertTrue((picture[0, :, 2] > picture[0, :, 0]).all())  # blue sky
         self.assertFalse((picture[170] == picture[0]).all())
         eye, forward = self.view.eye_world, self.view.forward
-        ball = ("ellipsoid", eye + 20 * forward, (2, 2, 2), None, (1.0, 0.0, 0.0))
-        seen = self.renderer.draw(mesh, self.view, [ball])
+        scene = terrane.Scene(self.renderer)
+        scene.add_object(scene.add_sphere(2.0, colour=(1.0, 0.0, 0.0)), eye + 20 * forward)
+        seen = self.renderer.draw(mesh, self.view, scene)
         changed = (seen != picture).any(axis=2)
         self.assertTrue(changed[85:95, 155:165].all())
         self.assertFalse(changed[:40].any())
@@ -120,13 +121,6 @@ class Pictures(Scene):
         _, mesh = self.make()
         with self.assertRaisesRegex(ValueError, "."):
             self.renderer.draw(mesh, terrane.look_at((0, 0, 100), (1, 1, 0), width_px=64, height_px=64))
-        with self.assertRaisesRegex(ValueError, "form of a solid"):
-            self.renderer.draw(mesh, self.view, [("cone", (0, 0, 0), (1, 1, 1), None, (1.0, 0.0, 0.0))])
-        for extents, colour, said in (((1, -5, 1), (1, 0, 0), "extents of object 0 .*, got -5$"),
-                                      ((1, 1e5, 1), (1, 0, 0), "extents of object 0 .*, got 100000$"),
-                                      ((1, 1, 1), (0, 0, 255), "colour of object 0 .* 0 to 1, got 255$")):
-            with self.assertRaisesRegex(ValueError, said):
-                self.renderer.draw(mesh, self.view, [("box", (0, 0, 0), extents, None, colour)])
         with self.assertRaisesRegex(ValueError, "horizon_colour .* 0 to 1, got 128$"):
             terrane.Renderer(64, 64, horizon_colour=(128, 150, 200))
         with self.assertRaises(ValueError):

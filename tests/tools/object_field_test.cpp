@@ -5,8 +5,9 @@
 #include "support/grounds.h"
 #include "support/meshes.h"
 
-#include <terrane/render/terrain_renderer.h>
+#include <terrane/render/upload_levels.h>
 #include <terrane/scene/culling.h>
+#include <terrane/scene/object_levels.h>
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/composed_heights.h>
 
@@ -73,27 +74,6 @@ public:
     std::atomic<bool> is_open{true};
 };
 
-TEST(ObjectLevels, AreFewerTrianglesWithLargerErrorsThenAnImpostor) {
-    const ObjectLevels rock = make_levels(test::make_rock(4, 1)).value();
-    ASSERT_GE(rock.model.levels.size(), 4u);
-    EXPECT_EQ(rock.triangles.size() + 1, rock.model.levels.size());
-    EXPECT_TRUE(rock.model.levels.back().is_impostor);
-    for (std::size_t i = 0; i < rock.triangles.size(); ++i) {
-        EXPECT_EQ(rock.model.levels[i].triangles, rock.triangles[i].size());
-        EXPECT_EQ(rock.model.levels[i].mesh_level, i);
-    }
-    const Aabb& box = rock.model.bounds;
-    EXPECT_DOUBLE_EQ(rock.model.absence_error_m, (box.high - box.low).norm());
-}
-
-TEST(ObjectLevels, AreContinuousOfMeshesOfManyTrianglesOnly) {
-    const ObjectLevels dense = make_levels(test::make_rock(5, 1)).value();
-    ASSERT_NE(dense.model.continuous, nullptr);
-    EXPECT_EQ(dense.model.continuous->finest().triangles.size(), 20480u);
-    EXPECT_EQ(dense.model.continuous->finest().positions, dense.mesh.positions);
-    EXPECT_EQ(make_levels(test::make_rock(3, 1)).value().model.continuous, nullptr);
-}
-
 TEST(ObjectField, DrawsTheNearestOfManyTrianglesWithLevelsOfTheirOwn) {
     SceneObjects objects;
     objects.meshes = {test::make_rock(5, 1)};
@@ -109,41 +89,6 @@ TEST(ObjectField, DrawsTheNearestOfManyTrianglesWithLevelsOfTheirOwn) {
     EXPECT_EQ(field.counts().triangles, draws.streamed[0].triangles.size());
 }
 
-TEST(ObjectLevels, OfMeshesWithoutExtentOrWithNanAreRefused) {
-    const auto message = [](const auto& change) {
-        TriangleMesh mesh = test::make_tree(5);
-        change(mesh);
-        return make_levels(mesh).error().message;
-    };
-    EXPECT_EQ(message([](TriangleMesh& mesh) { mesh = {}; }),
-              "an object must have triangles and an extent");
-    EXPECT_EQ(message([](TriangleMesh& mesh) {
-                  mesh.triangles = {{0, 0, 1}, {2, 2, 2}};
-              }),
-              "an object must have triangles and an extent");
-    EXPECT_NE(
-        message([](TriangleMesh& mesh) { mesh.positions[1].z() = std::nan(""); }).find("vertex 1"),
-        std::string::npos);
-    EXPECT_NE(message([](TriangleMesh& mesh) {
-                  mesh.triangles.push_back({0, 1, 9999});
-              }).find("9999"),
-              std::string::npos);
-}
-
-TEST(ObjectLevels, OfDegenerateDuplicatedAndDisconnectedTrianglesAreMade) {
-    TriangleMesh mesh = test::make_tree(5);
-    const std::vector<TriangleMesh::Triangle> once = mesh.triangles;
-    mesh.triangles.insert(mesh.triangles.end(), once.begin(), once.end());
-    mesh.triangles.push_back({0, 0, 0});
-    mesh.triangles.push_back({0, 1, 1});
-    EXPECT_TRUE(make_levels(mesh).has_value());
-    TriangleMesh one;
-    one.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-    one.triangles = {{0, 1, 2}};
-    const ObjectLevels levels = make_levels(one).value();
-    EXPECT_EQ(levels.model.levels.size(), 1u) << "an impostor would have more triangles";
-}
-
 TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
     const auto source = test::fractal_hills();
     const SceneObjects objects = forest(400.0);
@@ -152,7 +97,7 @@ TEST(ObjectField, HasTheObjectsOfAllSquaresInRangeOnceTheyAreLoaded) {
     const ObjectCounts all = counts_of(field, view, 1.0);
     // every object of the scatter that the view must show, found without squares' ranges
     const Scatter scatter = Scatter::create(source, objects.scatters[0].settings).value();
-    const ObjectLevels levels = make_levels(objects.meshes[0]).value();
+    const ObjectLevels levels = make_object_levels(objects.meshes[0]).value();
     const ViewVolume volume(view);
     const WorldRect& extent = source->extent();
     const ScatterSquare first = scatter.square_at(extent.west, extent.south);
@@ -304,11 +249,9 @@ protected:
 TEST_P(SlowApproach, LevelsChangeAFewPixelsAFrame) {
     const std::string file = std::string(TERRANE_SOURCE_DIR "/tools/data/") + GetParam();
     const TriangleMesh mesh = read_mesh(file).value();
-    ObjectLevels levels = make_levels(mesh).value();
+    ObjectLevels levels = make_object_levels(mesh).value();
     TerrainRenderer renderer = TerrainRenderer::create(*context_, kSide, kSide, {}).value();
-    levels.model.mesh = renderer.add_mesh(levels.mesh, levels.mesh_levels()).value();
-    if (levels.model.impostor)
-        levels.model.impostor = renderer.add_impostor(levels.model.mesh).value();
+    ASSERT_TRUE(upload_levels(levels, {}, renderer));
     const SceneSettings settings;
     Scene scene = Scene::create(settings).value();
     const ModelId model = scene.add_model(levels.model).value();

@@ -5,7 +5,7 @@
 #include "scene/scene_objects.h"
 
 #include <terrane/render/terrain_renderer.h>
-#include <terrane/scene/object_model.h>
+#include <terrane/scene/object_levels.h>
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/scatter.h>
 #include <terrane/terrain/triangle_mesh.h>
@@ -25,27 +25,6 @@
 #include <vector>
 
 namespace terrane::tools {
-
-/// A mesh with levels of detail for a Scene.
-struct ObjectLevels {
-    ObjectModel model;  ///< its mesh and impostor ids are 0 until a renderer creates them
-    TriangleMesh mesh;  ///< the vertices of all levels
-    std::vector<std::vector<TriangleMesh::Triangle>> triangles;  ///< [levels that are meshes]
-    /// [levels that are meshes] MeshLevel::morph_targets
-    std::vector<std::vector<std::uint32_t>> morph_targets;
-
-    /// The levels as an argument of TerrainRenderer::add_mesh(); they refer to this object's arrays.
-    std::vector<MeshLevel> mesh_levels() const;
-};
-
-/// Makes levels of a mesh: the mesh itself; meshes simplified (ProgressiveMesh) to errors of a thousandth to a
-/// hundredth of its size, into which the levels morph; and an impostor. Levels that save few triangles are omitted. The
-/// error of absence is the mesh's size. A mesh of many triangles also has continuous levels (ObjectModel::continuous).
-/// In a mesh with texture coordinates the errors also limit how far the texture is displaced (texture_shift_m()), seams
-/// are kept, and there are no continuous levels.
-///
-/// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
-Result<ObjectLevels> make_levels(const TriangleMesh& mesh);
 
 /// A square that has been computed.
 struct MadeSquare {
@@ -116,8 +95,8 @@ public:
     ///                 replaces the heightfield
     /// @param renderer receives the meshes and impostors; null if no frames are drawn
     ///
-    /// Fails: as make_levels(), Scatter::create() and TerrainRenderer::add_mesh(); invalid_argument for a scatter that
-    ///        may have more than 2^22 objects in range. The message names the file of the mesh.
+    /// Fails: as make_object_levels(), Scatter::create() and TerrainRenderer::add_mesh(); invalid_argument for a
+    ///        scatter that may have more than 2^22 objects in range. The message names the file of the mesh.
     static Result<ObjectField> create(std::shared_ptr<const HeightSource> source,
                                       const SceneObjects& objects,
                                       const ObjectFieldSettings& settings,
@@ -128,8 +107,8 @@ public:
     /// @param source   ground of nodes on the ground
     /// @param renderer as for create()
     ///
-    /// Fails: as make_levels(), TerrainRenderer::add_mesh() and Scene::add(), naming the node; invalid_argument for a
-    ///        node on the ground where there is none
+    /// Fails: as make_object_levels(), TerrainRenderer::add_mesh() and Scene::add(), naming the node; invalid_argument
+    ///        for a node on the ground where there is none
     Result<void> add_nodes(const SceneNodes& nodes, const HeightSource& source,
                            TerrainRenderer* renderer);
 

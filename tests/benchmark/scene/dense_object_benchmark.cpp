@@ -5,9 +5,10 @@
 //
 //   dense_object_benchmark [--quick] [--pictures FOLDER]
 #include "benchmark/scene/device.h"
-#include "frames/object_field.h"
 #include "support/meshes.h"
 
+#include <terrane/render/upload_levels.h>
+#include <terrane/scene/object_levels.h>
 #include <terrane/scene/scene.h>
 #include <terrane/terrain/progressive_mesh.h>
 
@@ -37,10 +38,9 @@ Scene scene_of(const ObjectModel& model) {
 
 Dense make_dense(EglContext& context, int depth) {
     const TriangleMesh mesh = test::make_rock(depth, 1);
-    tools::ObjectLevels levels = tools::make_levels(mesh).value();
+    ObjectLevels levels = make_object_levels(mesh).value();
     TerrainRenderer renderer = make_renderer(context, kWidth, kHeight);
-    levels.model.mesh = renderer.add_mesh(levels.mesh, levels.mesh_levels()).value();
-    levels.model.impostor = renderer.add_impostor(levels.model.mesh).value();
+    value_or_exit(upload_levels(levels, {}, renderer));
     levels.model.continuous = nullptr;
     Scene discrete = scene_of(levels.model);
     levels.model.continuous =

@@ -62,6 +62,25 @@ TEST(Terrain, GivesTheFramesOfItsPartsWithTheirFeedbackOfThresholds) {
     EXPECT_GT(triangles, 20u * 1000u) << "the frames were drawn";
 }
 
+TEST(Terrain, SharesTheBudgetOfACamerasMeshWithTheDemandsOfThatCamera) {
+    const auto source = hills();
+    const TerrainSettings settings = synchronous(5000);
+    Terrain terrain = Terrain::create(source, settings).value();
+    const std::vector<TriangleDemand> demands{
+        {std::numeric_limits<double>::infinity(), 1000}, {100.0, 500}, {1e-3, 10'000}};
+    const View view = view_from(0.0, 0.0);
+    const std::vector<Camera> cameras{{.view = view}, {.view = view, .demands = demands}};
+    const Frame& frame = terrain.load(cameras, {}, 0.0);
+    Triangulator triangulator = Triangulator::create(*source, settings.meshes).value();
+    const TerrainMesh mesh = triangulator.update(terrain.pager().resident(), view, demands);
+    EXPECT_EQ(frame.meshes[0].demand_triangles, 0u);
+    EXPECT_EQ(frame.meshes[1].demand_triangles, 1500u);
+    EXPECT_EQ(frame.meshes[1].triangle_count, mesh.triangle_count);
+    EXPECT_EQ(frame.meshes[1].demand_threshold_px, mesh.demand_threshold_px);
+    EXPECT_LE(frame.meshes[1].triangle_count + 1500, 5000u);
+    EXPECT_LT(frame.meshes[1].triangle_count, frame.meshes[0].triangle_count);
+}
+
 TEST(Terrain, MakesAMeshForEachCameraInItsOrderAndNoneBeforeTheFirstUpdate) {
     Terrain terrain = Terrain::create(hills(), synchronous(5000)).value();
     EXPECT_TRUE(terrain.frame().meshes.empty());

@@ -18,14 +18,6 @@
 
 namespace terrane {
 
-/// A level of detail of a mesh: triangles that use the mesh's vertices.
-struct MeshLevel {
-    std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
-    /// For each vertex of the triangles, by its index, the vertex of the next level that it moves to: see
-    /// ProgressiveMesh::geomorph_targets(). Empty: the level does not morph.
-    std::span<const std::uint32_t> morph_targets = {};
-};
-
 /// Settings of an impostor: views of an object that are rendered in advance.
 struct ImpostorSettings {
     /// Views around the object's z axis, 4 to 64. With more views the picture jumps less as the viewer circles the

@@ -18,6 +18,9 @@ struct Camera {
     Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< metres a second, world axes
     /// The camera's future trajectory, if known; the rules of CameraNeed::trajectory apply.
     std::span<const CameraMoment> trajectory = {};
+    /// Triangles that another renderer, such as a Scene, demands from the budget of the camera's mesh, which grants
+    /// them by TerrainMesh::demand_threshold_px: see Triangulator::update(). Read during the update only.
+    std::span<const TriangleDemand> demands = {};
 };
 
 /// Settings of a Terrain. Fixed once it is created.

@@ -14,6 +14,14 @@ enum class MeshId : std::uint32_t {};
 /// Identifies an impostor of the renderer that created it.
 enum class ImpostorId : std::uint32_t {};
 
+/// A level of detail of a mesh: triangles that use the mesh's vertices.
+struct MeshLevel {
+    std::span<const TriangleMesh::Triangle> triangles = {};  ///< indices of the mesh's vertices
+    /// For each vertex of the triangles, by its index, the vertex of the next level that it moves to: see
+    /// ProgressiveMesh::geomorph_targets(). Empty: the level does not morph.
+    std::span<const std::uint32_t> morph_targets = {};
+};
+
 /// Transform, coverage and tint of an instance, in the layout of the GPU's buffer.
 struct ObjectInstance {
     std::array<float, 3> offset_eye{};  ///< object's origin minus the eye, world axes, metres
