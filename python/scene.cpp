@@ -6,6 +6,7 @@
 #include "terrain.h"
 
 #include <terrane/base/text.h>
+#include <terrane/terrain/crease_normals.h>
 #include <terrane/terrain/primitive_meshes.h>
 
 #include <pybind11/stl.h>
@@ -156,8 +157,11 @@ void check_count(std::size_t count, const char* name, std::size_t vertex_count) 
                           " rows, and there are " + number_text(vertex_count) + " vertices");
 }
 
+constexpr double kUsualCrease = 0.7;  // radians
+constexpr double kMostCrease = 3.1415926535897932;
+
 HeldModel add_model(const std::shared_ptr<SceneUse>& scene, const py::object& vertices,
-                    const py::object& triangles, const py::object& normals,
+                    const py::object& triangles, const py::object& normals, double crease,
                     const py::object& colours, const py::object& texture_coordinates,
                     const py::object& texture, const std::array<float, 3>& colour, float roughness,
                     float metal, const std::array<float, 3>& emission,
@@ -167,6 +171,8 @@ HeldModel add_model(const std::shared_ptr<SceneUse>& scene, const py::object& ve
     mesh.positions = read_points(vertices, "vertices");
     const std::size_t count = mesh.positions.size();
     mesh.triangles = read_triangles(triangles, "triangles", count);
+    if (!(crease >= 0.0 && crease <= kMostCrease))
+        throw py::value_error("crease must be 0 to pi, got " + number_text(crease));
     if (!normals.is_none()) {
         for (const Eigen::Vector3d& normal : read_points(normals, "normals"))
             mesh.normals.push_back(normal.cast<float>());
@@ -190,6 +196,8 @@ HeldModel add_model(const std::shared_ptr<SceneUse>& scene, const py::object& ve
             throw py::value_error("a texture needs texture_coordinates");
         material.colour_texture.image = read_texture(texture);
     }
+    if (mesh.normals.empty())
+        mesh = without_lock([&] { return with_crease_normals(mesh, std::cos(crease)); });
     return add_levels(scene, mesh, material, impostor, pickable);
 }
 
@@ -237,17 +245,19 @@ void bind_models(SceneClass& scene, py::module_& module) {
     const Triple colour = {part(0), part(1), part(2)};
     scene.def(
         "add_model", &add_model, py::arg("vertices"), py::arg("triangles"), py::kw_only(),
-        py::arg("normals") = py::none(), py::arg("colours") = py::none(),
-        py::arg("texture_coordinates") = py::none(), py::arg("texture") = py::none(),
-        py::arg("colour") = colour, py::arg("roughness") = defaults.roughness,
-        py::arg("metal") = defaults.metal, py::arg("emission") = defaults.emission,
-        py::arg("alpha_cutoff") = py::none(), py::arg("two_sided") = defaults.is_two_sided,
-        py::arg("impostor") = true, py::arg("pickable") = true,
+        py::arg("normals") = py::none(), py::arg("crease") = kUsualCrease,
+        py::arg("colours") = py::none(), py::arg("texture_coordinates") = py::none(),
+        py::arg("texture") = py::none(), py::arg("colour") = colour,
+        py::arg("roughness") = defaults.roughness, py::arg("metal") = defaults.metal,
+        py::arg("emission") = defaults.emission, py::arg("alpha_cutoff") = py::none(),
+        py::arg("two_sided") = defaults.is_two_sided, py::arg("impostor") = true,
+        py::arg("pickable") = true,
         R"(Makes the levels of detail of a mesh and uploads them to the renderer: a Model. On the renderer's thread.
 
 vertices      in the model's frame, shape (n, 3), metres
 triangles     indices of vertices, shape (m, 3), counter-clockwise from outside
-normals       unit, shape (n, 3); None: flat triangles
+normals       unit, shape (n, 3); None: of the triangles, smooth where they meet at no crease
+crease        least angle between triangles that meet at an edge, without normals, radians, 0 to pi
 colours       uint8 of shape (n, 3) or (n, 4), red, green, blue, opacity
 texture_coordinates  right and up, shape (n, 2), 0 to 1 from the lower left corner of the texture
 texture       uint8 of shape (height, width, 4), row 0 at the top; factor of the colours, opacity

@@ -260,7 +260,7 @@ class Scene:
     def __enter__(self) -> Scene: ...
     def __exit__(self, *args: object) -> None: ...
     def add_model(
-        self, vertices: ArrayLike, triangles: ArrayLike, *, normals: Optional[ArrayLike] = ...,
+        self, vertices: ArrayLike, triangles: ArrayLike, *, normals: Optional[ArrayLike] = ..., crease: float = ...,
         colours: Optional[ArrayLike] = ..., texture_coordinates: Optional[ArrayLike] = ...,
         texture: Optional[ArrayLike] = ..., colour: Sequence[float] = ..., roughness: float = ..., metal: float = ...,
         emission: Sequence[float] = ..., alpha_cutoff: Optional[float] = ..., two_sided: bool = ...,

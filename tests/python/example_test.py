@@ -57,6 +57,19 @@ class Example(unittest.TestCase):
         self.assertTrue(re.search(r"^OSError: .*nowhere\.tif", done.stderr, re.M), done.stderr)
 
 
+class Scene(unittest.TestCase):
+    def test_crates_fall_in_the_pictures_of_a_cottage(self):
+        if not can_draw():
+            self.skipTest("pictures cannot be drawn")
+        OUT.mkdir(parents=True, exist_ok=True)
+        done = subprocess.run([sys.executable, "-B", SCRIPT.with_name("draw_scene.py"), "--seconds", "0.5", "--pictures", "2",
+                               "--out", OUT / "scene.png"], capture_output=True, text=True, check=False)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(len(re.findall(r"scene_[01]\.png: \d+ triangles of ground, [1-9]\d+ of objects", done.stdout)), 2)
+        first, second = ((OUT / f"scene_{i}.png").read_bytes() for i in (0, 1))
+        self.assertNotEqual(first, second)
+
+
 class Manual(unittest.TestCase):
     def test_the_programs_run(self):
         programs = re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs/python.md").read_text(), re.M | re.S)

@@ -208,6 +208,28 @@ class Scenes(unittest.TestCase):
         x, y = pixel(self.view, eye + 4 * right)
         self.assertEqual(picture[y, x].argmax(), 1)
 
+    def test_triangles_meet_at_a_crease_or_smoothly(self):
+        # a ridge of two sides towards the viewer, one lit more than the other
+        vertices, triangles = [(0, -3, 0), (0, 3, 0), (-3, -3, -3), (-3, 3, -3), (3, -3, -3), (3, 3, -3)], \
+            [(0, 1, 3), (0, 3, 2), (0, 4, 5), (0, 5, 1)]
+        eye = self.view.eye_world + 20 * self.view.forward
+        right = np.cross(self.view.forward, self.view.up)
+        steps = []
+        for crease in (0.5, math.pi):
+            model = self.scene.add_model(vertices, triangles, crease=crease, impostor=False)
+            billboard = self.scene.add_billboard(position=eye)
+            self.scene.add_object(model, parent=billboard)
+            picture = self.draw().astype(int)
+            levels = []
+            for across in (-0.3, 0.3):
+                x, y = pixel(self.view, eye + across * right)
+                levels.append(picture[y, x].sum())
+            steps.append(abs(levels[0] - levels[1]))
+            billboard.remove()
+        self.assertGreater(steps[0], 4 * steps[1])
+        with self.assertRaisesRegex(ValueError, "crease must be 0 to pi, got 4"):
+            self.scene.add_model(vertices, triangles, crease=4.0)
+
     def test_a_switch_draws_the_level_of_its_distance(self):
         red, blue = self.scene.add_sphere(2, colour=(1, 0, 0)), self.scene.add_sphere(2, colour=(0, 0, 1))
         levels = self.scene.add_switch("centre", (30, 60))

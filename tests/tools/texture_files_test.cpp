@@ -427,25 +427,5 @@ TEST_F(ModelFiles, TexturesOfGltfThatAreWrongAreNotedByName) {
     EXPECT_THAT(note_, HasSubstr("1 material cut where its opacity is half, instead of blended"));
 }
 
-TEST(CreaseNormals, KeepTextureCoordinatesAndMaterialsApart) {
-    // two triangles in a plane, with a seam of texture between them
-    TriangleMesh mesh;
-    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0.2}};
-    mesh.texture_coordinates = {{0, 0}, {1, 0}, {1, 1}, {0.2f, 0}, {0.4f, 0}, {0, 1}};
-    mesh.materials = {0, 0, 0, 1, 1, 1};
-    mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
-    const TriangleMesh smooth = with_crease_normals(mesh, std::cos(0.7));
-    EXPECT_EQ(smooth.triangles, mesh.triangles);
-    EXPECT_EQ(smooth.texture_coordinates, mesh.texture_coordinates);
-    EXPECT_EQ(smooth.materials, mesh.materials);
-    // one normal on both sides of the seam
-    EXPECT_EQ(smooth.normals[0], smooth.normals[3]);
-    EXPECT_EQ(smooth.normals[2], smooth.normals[4]);
-    EXPECT_NE(smooth.normals[1], smooth.normals[5]);
-    const TriangleMesh sharp = with_crease_normals(mesh, std::cos(0.05));
-    EXPECT_NE(sharp.normals[0], sharp.normals[3]);
-    EXPECT_EQ(sharp.normals[0], sharp.normals[1]);
-}
-
 }  // namespace texture_files_test
 }  // namespace terrane::tools

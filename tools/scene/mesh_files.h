@@ -112,8 +112,6 @@ std::string_view read_word(std::string_view& text);
 /// Makes corners refer to the first of equal positions, and drops normals and texture coordinates: what read_mesh()
 /// gives for the file that read_mesh_with_attributes() read.
 void join_vertices(TriangleMesh& mesh);
-/// [vertices] the first vertex with the same position.
-std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh);
 
 /// Parses the bytes of a PLY file: ascii, binary_little_endian or binary_big_endian; colours are red, green and blue of
 /// type uchar, or float from 0 to 1. Fails as read_mesh(), but messages do not name the file.
@@ -156,14 +154,6 @@ Result<std::string> read_whole_file(const std::string& path);
 /// @param triangles_out indices of corners
 Result<void> split_polygon(std::span<const std::int64_t> corners, FileMesh& mesh,
                            std::vector<TriangleMesh::Triangle>& triangles_out);
-
-/// The mesh with one vertex for each smooth group of corners at a vertex, and with normals: the mean of the group's
-/// triangles, weighted by their angles there. Two corners are in one group if their triangles share an edge at the
-/// vertex, and the angle between their normals is at most a crease angle.
-///
-/// @param mesh         without normals; vertices of equal positions are one here, and keep their other attributes
-/// @param least_cosine of the crease angle
-TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine);
 
 /// Triangles with shared vertices, in the coordinates of the world or of an object.
 struct IndexedMesh {

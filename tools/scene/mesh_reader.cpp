@@ -5,6 +5,8 @@
 #include "program/summary.h"
 #include "scene/mesh_files.h"
 
+#include <terrane/terrain/crease_normals.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +21,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -678,27 +679,6 @@ Result<FileMesh> parse_stl(std::string_view bytes) {
 namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;
-
-}  // namespace
-
-std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh) {
-    const auto less = [&](std::uint32_t a, std::uint32_t b) {
-        const Eigen::Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
-        return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
-    };
-    std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
-    std::iota(order.begin(), order.end(), 0u);
-    // NaN has no order; a mesh with NaN is refused later, when its points are checked
-    if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return order;
-    std::ranges::stable_sort(order, less);
-    for (std::size_t i = 0; i < order.size(); ++i) {
-        const bool is_same = i > 0 && mesh.positions[order[i - 1]] == mesh.positions[order[i]];
-        first[order[i]] = is_same ? first[order[i - 1]] : order[i];
-    }
-    return first;
-}
-
-namespace {
 
 void drop_flat_triangles(FileMesh& mesh) {
     const std::vector<std::uint32_t> first = first_at_position(mesh);

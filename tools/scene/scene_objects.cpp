@@ -6,6 +6,7 @@
 #include "scene/raster_options.h"
 
 #include <terrane/base/text.h>
+#include <terrane/terrain/crease_normals.h>
 
 #include <fmt/format.h>
 

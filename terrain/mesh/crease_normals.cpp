@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
-#include "scene/mesh_files.h"
+#include <terrane/terrain/crease_normals.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 #include <utility>
+#include <vector>
 
-namespace terrane::tools {
+namespace terrane {
 namespace {
 
 /// A corner of a triangle: 3 * triangle + place.
@@ -77,6 +80,23 @@ double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 }  // namespace
 
+std::vector<std::uint32_t> first_at_position(const TriangleMesh& mesh) {
+    const auto less = [&](std::uint32_t a, std::uint32_t b) {
+        const Eigen::Vector3d &p = mesh.positions[a], &q = mesh.positions[b];
+        return std::lexicographical_compare(p.data(), p.data() + 3, q.data(), q.data() + 3);
+    };
+    std::vector<std::uint32_t> order(mesh.positions.size()), first(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0u);
+    // NaN has no order; a mesh with NaN is refused later, when its points are checked
+    if (std::ranges::any_of(mesh.positions, [](const auto& p) { return p != p; })) return order;
+    std::ranges::stable_sort(order, less);
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        const bool is_same = i > 0 && mesh.positions[order[i - 1]] == mesh.positions[order[i]];
+        first[order[i]] = is_same ? first[order[i - 1]] : order[i];
+    }
+    return first;
+}
+
 TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine) {
     std::vector<Eigen::Vector3d> normals;  // [triangles] unit, or 0
     for (const auto& [a, b, c] : mesh.triangles) {
@@ -135,4 +155,4 @@ TriangleMesh with_crease_normals(const TriangleMesh& mesh, double least_cosine) 
     return made;
 }
 
-}  // namespace terrane::tools
+}  // namespace terrane
