@@ -85,7 +85,8 @@ std::shared_ptr<HeldRenderer> make_renderer(
     double shadow_distance, int shadow_texels, std::optional<double> water_level, double sun_radius,
     bool atmosphere, double exposure_stops, bool smooth_edges, bool has_waves,
     const std::optional<std::string>& ground_look, std::optional<double> snow_line,
-    std::optional<double> rock_slope, double occlusion, int anisotropy, std::size_t texture_bytes) {
+    std::optional<double> rock_slope, double occlusion, int anisotropy, const HeldImagery* imagery,
+    std::size_t imagery_bytes, bool imagery_waits, std::size_t texture_bytes) {
     const RendererSettings settings{
         .sun_direction = read_vector(sun_direction, "sun_direction"),
         .haze_distance = haze_distance,
@@ -104,6 +105,9 @@ std::shared_ptr<HeldRenderer> make_renderer(
         .water_level = water_level,
         .has_waves = has_waves,
         .ground_look = read_look(ground_look, snow_line, rock_slope, occlusion, anisotropy),
+        .imagery = imagery == nullptr ? nullptr : imagery->source,
+        .imagery_bytes = imagery_bytes,
+        .imagery_waits = imagery_waits,
         .texture_bytes = texture_bytes};
     EglContext context = value_or_raise(without_lock([] { return EglContext::create(); }));
     Result<TerrainRenderer> renderer = without_lock(
@@ -166,6 +170,8 @@ void bind_renderer(RendererClass& renderer) {
              py::arg("has_waves") = defaults.has_waves, py::arg("ground_look") = py::none(),
              py::arg("snow_line") = py::none(), py::arg("rock_slope") = py::none(),
              py::arg("occlusion") = look.occlusion, py::arg("anisotropy") = look.anisotropy,
+             py::arg("imagery") = py::none(), py::arg("imagery_bytes") = defaults.imagery_bytes,
+             py::arg("imagery_waits") = defaults.imagery_waits,
              py::arg("texture_bytes") = defaults.texture_bytes,
              R"(A renderer of pictures of one size.
 
@@ -188,6 +194,9 @@ snow_line        height above which there is snow, metres; None: by the ground_l
 rock_slope       slope from which ground is rock, rise over run, 0 to 100; None: by the ground_look
 occlusion        share of light that hollows lose with a ground_look, 0 to 1
 anisotropy       largest one of the filter of a ground_look, 1 to 16
+imagery          Imagery draped over the ground, or None
+imagery_bytes    limit of the device's memory for imagery
+imagery_waits    whether draw() waits for the imagery that it shows, as films need
 texture_bytes    limit of the device's memory for textures of objects
 
 Raises RuntimeError where no OpenGL device opens, ValueError for a setting out of range.)")

@@ -11,6 +11,7 @@
 #if TERRANE_PYTHON_DEM
 #include <terrane/dem/dem_heights.h>
 #include <terrane/dem/georeference.h>
+#include <terrane/dem/imagery_raster.h>
 #endif
 #if TERRANE_PYTHON_STORE
 #include <terrane/store/chunk_store.h>
@@ -112,6 +113,7 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
     watched.raise_pending();
     Source made{value_or_raise(std::move(source)), py::none()};
+    made.dem = std::make_shared<const DemInfo>(info);
     made.make_georeference = [info] {
         return py::cast(value_or_raise(Georeference::create(info)));
     };
@@ -125,6 +127,26 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
         info.projection == DemProjection::local ? "local" : "own",
         py::make_tuple(info.middle_longitude, info.middle_latitude));
     return made;
+}
+
+HeldImagery open_imagery(const py::object& path, const Source* aligned_with,
+                         const std::vector<int>& bands,
+                         const std::optional<std::array<double, 2>>& limits,
+                         const std::optional<std::array<double, 2>>& percentiles, double gamma,
+                         double read_timeout) {
+    ImageryRasterSettings settings{.bands = bands,
+                                   .limits = limits,
+                                   .percentiles = percentiles,
+                                   .gamma = gamma,
+                                   .aligned_with = {},
+                                   .read_timeout = read_timeout};
+    if (aligned_with != nullptr) {
+        if (aligned_with->dem == nullptr)
+            throw py::value_error("aligned_with must be a HeightSource of open_dem()");
+        settings.aligned_with = *aligned_with->dem;
+    }
+    const std::string name = path_text(path);
+    return {value_or_raise(without_lock([&] { return ImageryRaster::open(name, settings); }))};
 }
 
 using Convert = void (Georeference::*)(std::span<const Eigen::Vector3d>,
@@ -234,8 +256,35 @@ py::object bake(const Source& source, const py::object& path, int level_count,
 
 }  // namespace
 
-void bind_files([[maybe_unused]] py::module_& module) {
+void bind_files(py::module_& module) {
+    py::class_<HeldImagery>(module, "Imagery",
+                            "Colours to drape over ground: the argument imagery of a Renderer.")
+        .def_property_readonly(
+            "rect",
+            [](const HeldImagery& held) {
+                const WorldRect rect = held.source->rect();
+                return py::make_tuple(rect.west, rect.south, rect.east, rect.north);
+            },
+            "West, south, east and north of the rectangle with data, world, metres.")
+        .def_property_readonly(
+            "texel_size", [](const HeldImagery& held) { return held.source->texel_size(); },
+            "Side of the finest texels, metres.");
 #if TERRANE_PYTHON_DEM
+    const ImageryRasterSettings imagery;
+    module.def("open_imagery", &open_imagery, py::arg("path"), py::kw_only(),
+               py::arg("aligned_with") = py::none(), py::arg("bands") = imagery.bands,
+               py::arg("limits") = py::none(), py::arg("percentiles") = py::none(),
+               py::arg("gamma") = imagery.gamma, py::arg("read_timeout") = imagery.read_timeout,
+               R"(Opens a raster of colours, in any format that GDAL reads, as Imagery.
+
+aligned_with  the HeightSource of open_dem() in whose world it is; None: world (0, 0) is the centre of the raster
+bands         indices from 1 of red, green and blue, or of grey; empty: those that the file declares
+limits        values displayed as black and as white
+percentiles   the same as percentiles of each band, 0 to 100
+gamma         above 1 the middle is brighter, 0.1 to 10
+read_timeout  seconds, > 0
+
+Raises OSError (cannot be read), ValueError (bad raster or setting), TimeoutError. Without the lock.)");
     bind_georeference(module);
     const DemSettings defaults;
     module.def(

@@ -3,6 +3,7 @@
 
 #include "guarded.h"
 
+#include <terrane/terrain/imagery_source.h>
 #include <terrane/terrain/terrain.h>
 
 #include <pybind11/pybind11.h>
@@ -14,6 +15,10 @@
 #include <memory>
 #include <vector>
 
+namespace terrane {
+struct DemInfo;
+}
+
 namespace terrane::python {
 
 namespace py = pybind11;
@@ -23,11 +28,17 @@ struct Source {
     std::shared_ptr<const HeightSource> heights;
     py::object info;  ///< terrane.DemInfo, terrane.StoreInfo or None
     std::function<py::object()> make_georeference = {};  ///< of a raster; empty: there is none
+    std::shared_ptr<const DemInfo> dem = {};             ///< of a raster; null: there is none
+};
+
+/// Imagery of a raster, as held by Python. Immutable.
+struct HeldImagery {
+    std::shared_ptr<const ImagerySource> source;
 };
 
 /// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store() and bake().
 void bind_sources(py::module_& module);
-/// Adds open_dem(), open_store() and bake().
+/// Adds Imagery, and, if built, open_dem(), open_imagery(), open_store() and bake().
 void bind_files(py::module_& module);
 
 /// Bodies that need ground, as arguments of a terrain. Their trajectories are not stored.

@@ -2,6 +2,8 @@
 """Scenes: objects, smoke and their levels of detail in pictures, under the triangle budget of the ground."""
 import gc
 import math
+import pathlib
+import tempfile
 import threading
 import unittest
 
@@ -386,6 +388,30 @@ class Settings(unittest.TestCase):
         np.testing.assert_array_equal(pictures[0], pictures[2])
         with self.assertRaisesRegex(ValueError, "nan"):
             waves.set_time(math.nan)
+
+    @unittest.skipUnless(has("dem"), "rasters are not built")
+    def test_imagery_covers_the_ground_where_the_raster_is(self):
+        picture = np.zeros((40, 60, 3), np.uint8)
+        picture[:, :30, 0] = picture[:, 30:, 2] = 255  # red in the west, blue in the east
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "two.ppm"
+            path.write_bytes(b"P6 60 40 255\n" + picture.tobytes())
+            path.with_suffix(".wld").write_text("2\n0\n0\n-2\n1\n-1\n")  # texels of 2 m
+            imagery = terrane.open_imagery(path)
+            self.assertEqual((imagery.rect, imagery.texel_size), ((-60.0, -40.0, 60.0, 40.0), 2.0))
+            with self.assertRaisesRegex(ValueError, "aligned_with must be a HeightSource of open_dem"):
+                terrane.open_imagery(path, aligned_with=small_fractal())
+            with self.assertRaises(OSError):
+                terrane.open_imagery(path.with_name("none.ppm"))
+            source = small_fractal()
+            height = float(source.heights(0, 0))
+            view = terrane.look_at((0, 0, height + 200), (0, 0, height), width_px=WIDTH, height_px=HEIGHT)
+            mesh = terrane.Terrain(source, worker_count=0).load([terrane.Camera(view)], None, 0.0).meshes[0]
+            seen = self.make(imagery=imagery, imagery_waits=True).draw(mesh, view).astype(int)
+        for x, channel in ((-30, 0), (30, 2)):
+            column, row = pixel(view, (x, 0, float(source.heights(x, 0))))
+            self.assertEqual(seen[row, column].argmax(), channel)
+            self.assertGreater(seen[row, column].max(), 3 * seen[row, column, 2 - channel])
 
     def test_settings_of_the_ground_are_checked(self):
         self.make()
