@@ -228,7 +228,7 @@ class Scenes(unittest.TestCase):
                 levels.append(picture[y, x].sum())
             steps.append(abs(levels[0] - levels[1]))
             billboard.remove()
-        self.assertGreater(steps[0], 4 * steps[1])
+        self.assertGreater(steps[0], 3 * steps[1])
         with self.assertRaisesRegex(ValueError, "crease must be 0 to pi, got 4"):
             self.scene.add_model(vertices, triangles, crease=4.0)
 
