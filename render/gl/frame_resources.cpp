@@ -37,6 +37,10 @@ Result<void> check_size(int width_px, int height_px) {
     return {};
 }
 
+// Pixels of a block, and blocks along a side of the picture.
+constexpr int kBlockPixels = 4;
+int blocks_along(int pixels) { return (pixels + 1) / 2; }
+
 // A plain texture for 1 sample, else a multisample texture.
 GlTexture make_samples(GLenum format, int width_px, int height_px, int samples) {
     if (samples == 1) {
@@ -60,7 +64,7 @@ int count_samples(const GlTexture& texture) {
 }  // namespace
 
 Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_samples,
-                                        bool smooths_edges) {
+                                        bool smooths_edges, bool has_blocks) {
     TERRANE_TRY(check_size(width_px, height_px));
     GLint colour_samples = 1, depth_samples = 1;
     glGetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &colour_samples);
@@ -100,17 +104,7 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
         }
         if (drawn_status == GL_FRAMEBUFFER_COMPLETE) break;
     }
-    if (smooths_edges && made.sample_count_ == 1) {
-        made.shaded_ = make_texture_2d();
-        const GLuint shaded = made.shaded_.name();
-        glTextureStorage2D(shaded, 1, GL_RGBA8, width_px, height_px);
-        glTextureParameteri(shaded, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-        glTextureParameteri(shaded, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-        glTextureParameteri(shaded, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-        glTextureParameteri(shaded, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-        made.shaded_target_ = make_framebuffer();
-        glNamedFramebufferTexture(made.shaded_target_.name(), GL_COLOR_ATTACHMENT0, shaded, 0);
-    }
+    if (made.sample_count_ == 1) made.add_shaded(smooths_edges, has_blocks);
     TERRANE_TRY(check_gl("make the picture"));
     if (status == GL_FRAMEBUFFER_COMPLETE) status = drawn_status;
     if (status != GL_FRAMEBUFFER_COMPLETE) {
@@ -124,6 +118,36 @@ Result<Framebuffer> Framebuffer::create(int width_px, int height_px, int wanted_
     return made;
 }
 
+// Adds what the shading pass draws into if another pass follows it.
+void Framebuffer::add_shaded(bool smooths_edges, bool has_blocks) {
+    is_smoothed_ = smooths_edges;
+    if (smooths_edges) {
+        edges_ = make_renderbuffer();
+        glNamedRenderbufferStorage(edges_.name(), GL_DEPTH_COMPONENT32F, width_px_, height_px_);
+        glNamedFramebufferRenderbuffer(picture_.name(), GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
+                                       edges_.name());
+    }
+    if (!smooths_edges && !has_blocks) return;
+    shaded_target_ = make_framebuffer();
+    if (!has_blocks) {
+        shaded_ = make_samples(GL_RGBA8, width_px_, height_px_, 1);
+        glNamedFramebufferTexture(shaded_target_.name(), GL_COLOR_ATTACHMENT0, shaded_.name(), 0);
+        return;
+    }
+    const int width = blocks_along(width_px_), height = blocks_along(height_px_);
+    shaded_ = make_texture_2d_array();
+    glTextureStorage3D(shaded_.name(), 1, GL_RGBA8, width, height, kBlockPixels);
+    std::array<GLenum, kBlockPixels> targets{};
+    for (int layer = 0; layer < kBlockPixels; ++layer) {
+        const GLenum target = GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(layer);
+        glNamedFramebufferTextureLayer(shaded_target_.name(), target, shaded_.name(), 0, layer);
+        targets[static_cast<std::size_t>(layer)] = target;
+    }
+    glNamedFramebufferDrawBuffers(shaded_target_.name(), kBlockPixels, targets.data());
+    block_classes_ = make_samples(GL_DEPTH_COMPONENT32F, width, height, 1);
+    glNamedFramebufferTexture(shaded_target_.name(), GL_DEPTH_ATTACHMENT, block_classes_.name(), 0);
+}
+
 void Framebuffer::bind(const GlFramebuffer& target) const {
     glBindFramebuffer(GL_FRAMEBUFFER, target.name());
     glViewport(0, 0, width_px_, height_px_);
@@ -131,7 +155,10 @@ void Framebuffer::bind(const GlFramebuffer& target) const {
 void Framebuffer::bind_overlay() const { bind(overlay_alone_); }
 void Framebuffer::bind_depth() const { bind(depth_target_); }
 void Framebuffer::bind_depth_and_overlay() const { bind(overlay_target_); }
-void Framebuffer::bind_colours() const { bind(is_smoothed() ? shaded_target_ : picture_); }
+void Framebuffer::bind_colours() const {
+    bind(shaded_.name() != 0 ? shaded_target_ : picture_);
+    if (has_blocks()) glViewport(0, 0, blocks_along(width_px_), blocks_along(height_px_));
+}
 void Framebuffer::bind_smoothed() const { bind(picture_); }
 
 Image Framebuffer::read() const {

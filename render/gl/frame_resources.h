@@ -18,11 +18,13 @@ class Framebuffer {
 public:
     /// @param wanted_samples samples per pixel; an unsupported count is replaced by the next larger one, or the largest
     /// @param smooths_edges  whether a pass smooths the picture's edges if there is 1 sample per pixel
+    /// @param has_blocks     whether a fragment of the shading pass has a block of two by two pixels if there is 1
+    ///                       sample per pixel
     ///
     /// Fails with invalid_argument for a width or height below 1 or above the device's limit, and for more than 2^26
     /// pixels in all; with device_unavailable if no combination of formats is complete.
     static Result<Framebuffer> create(int width_px, int height_px, int wanted_samples,
-                                      bool smooths_edges = false);
+                                      bool smooths_edges = false, bool has_blocks = false);
 
     int width_px() const { return width_px_; }
     int height_px() const { return height_px_; }
@@ -33,15 +35,17 @@ public:
     void bind_depth_and_overlay() const;
     /// Binds the overlay alone as the target; shaders may then read the depth texture.
     void bind_overlay() const;
-    /// Binds the picture, or the shaded picture before smoothing, as the target; shaders may then read the depth and
+    /// Binds the target of the shading pass: the picture, or shaded_texture(); shaders may then read the depth and
     /// overlay textures.
     void bind_colours() const;
-    /// Whether the picture is smoothed from shaded_texture().
-    bool is_smoothed() const { return shaded_.name() != 0; }
-    /// Binds the picture as the target of the smoothing pass.
+    bool is_smoothed() const { return is_smoothed_; }
+    bool has_blocks() const { return block_classes_.name() != 0; }
+    /// Binds the picture as the target of the pass that follows shading if it is smoothed or has blocks.
     void bind_smoothed() const;
-    /// Colours, and luma in alpha, filtered bilinearly.
+    /// Colours, and luma in alpha. With blocks an array: see shaders/block.glsl.
     GLuint shaded_texture() const { return shaded_.name(); }
+    /// Depths that are the classes of blocks.
+    GLuint block_classes() const { return block_classes_.name(); }
     GLuint depth_texture() const { return depth_.name(); }
     /// Colour with premultiplied alpha, to be blended over ground and sky.
     GLuint overlay_texture() const { return overlay_.name(); }
@@ -50,9 +54,11 @@ public:
 private:
     Framebuffer() = default;
     void bind(const GlFramebuffer& target) const;
+    void add_shaded(bool smooths_edges, bool has_blocks);
     int width_px_ = 0, height_px_ = 0, sample_count_ = 0;
-    GlTexture depth_, overlay_, shaded_;
-    GlRenderbuffer colours_;
+    bool is_smoothed_ = false;
+    GlTexture depth_, overlay_, shaded_, block_classes_;
+    GlRenderbuffer colours_, edges_;
     GlFramebuffer depth_target_, overlay_target_, overlay_alone_, shaded_target_, picture_;
 };
 

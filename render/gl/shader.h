@@ -18,7 +18,7 @@ namespace terrane::internal {
 extern const std::string_view light_glsl, haze_glsl, atmosphere_glsl;
 extern const std::string_view terrain_vert, depth_frag, line_frag;
 extern const std::string_view object_vert, object_frag;
-extern const std::string_view shade_vert, shade_frag, smooth_frag;
+extern const std::string_view shade_vert, shade_frag, smooth_frag, block_glsl, block_frag;
 extern const std::string_view solid_vert, solid_frag;
 extern const std::string_view coverage_glsl, instance_vert, instance_frag;
 extern const std::string_view impostor_bake_vert, impostor_bake_frag, impostor_vert, impostor_frag;

@@ -270,20 +270,67 @@ std::size_t GroundLight::bytes() const {
     return sizeof(std::int16_t) * (has_bends_ ? 3 : 2) * kSlopeTexels * levels_.layer_count();
 }
 
+namespace {
+
+// Numbers of the classes of block.glsl, whose depths are a quarter of them.
+constexpr int kBlockClasses = 4;
+
+// Runs draw() so that its fragments write their depths.
+template <class Draw>
+void mark_with(const Draw& draw) {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_ALWAYS);
+    draw();
+}
+// Runs draw() at the fragments that were marked with a depth.
+template <class Draw>
+void draw_marked(double depth, const Draw& draw) {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_EQUAL);
+    glDepthMask(GL_FALSE);
+    glDepthRange(depth, depth);
+    draw();
+    glDepthRange(0.0, 1.0);
+    glDepthMask(GL_TRUE);
+}
+
+}  // namespace
+
 Result<GroundShade> GroundShade::create(int sample_count, const std::string& lighting,
-                                        bool is_smoothed, bool has_bends) {
+                                        bool is_smoothed, bool has_materials) {
     GroundShade made;
-    made.light_ = std::make_unique<GroundLight>(has_bends);
+    made.light_ = std::make_unique<GroundLight>(has_materials);
+    const bool has_blocks = has_materials && sample_count == 1;
+    const std::string block_text = std::string(block_glsl);
     for (const bool has_overlay : {false, true}) {
         const std::string defines = "#define SAMPLES " + std::to_string(sample_count) +
                                     "\n#define OVERLAY " + (has_overlay ? "1" : "0") +
-                                    "\n#define SMOOTHED " + (is_smoothed ? "1\n" : "0\n");
-        TERRANE_TRY(GlProgram program, make_program("the light", shade_vert,
-                                                    defines + lighting + std::string(shade_frag)));
-        (has_overlay ? made.with_overlay_ : made.plain_) = std::move(program);
+                                    "\n#define SMOOTHED " + (is_smoothed ? "1" : "0") +
+                                    "\n#define PIXELS " + (has_blocks ? "4\n" : "1\n");
+        std::vector<GlProgram>& programs = has_overlay ? made.with_overlay_ : made.plain_;
+        for (int blocks = 0; blocks < (has_blocks ? kBlockClasses : 1); ++blocks) {
+            std::string text = defines;
+            if (has_blocks) text += block_text + "#define BLOCKS " + std::to_string(blocks) + "\n";
+            TERRANE_TRY(GlProgram program, make_program("the light", shade_vert,
+                                                        text + lighting + std::string(shade_frag)));
+            programs.push_back(std::move(program));
+        }
+        if (!has_blocks) continue;
+        TERRANE_TRY(
+            GlProgram classes,
+            make_program("the blocks", shade_vert, defines + block_text + std::string(block_frag)));
+        (has_overlay ? made.classes_with_overlay_ : made.classes_) = std::move(classes);
+    }
+    const std::string of_blocks = has_blocks ? "#define BLOCKS\n" + block_text : std::string();
+    if (has_blocks || is_smoothed) {
+        TERRANE_TRY(GlProgram copying,
+                    make_program("the picture", shade_vert, of_blocks + std::string(smooth_frag)));
+        made.copying_ = std::move(copying);
     }
     if (is_smoothed) {
-        TERRANE_TRY(GlProgram smoothing, make_program("the smooth edges", shade_vert, smooth_frag));
+        TERRANE_TRY(GlProgram smoothing,
+                    make_program("the smooth edges", shade_vert,
+                                 of_blocks + "#define EDGES\n" + std::string(smooth_frag)));
         made.smoothing_ = std::move(smoothing);
     }
     made.noise_ = make_ground_noise();
@@ -298,14 +345,34 @@ void GroundShade::draw(const Framebuffer& picture, bool has_overlay) const {
     glBindTextureUnit(1, noise_.name());
     glBindTextureUnit(2, picture.depth_texture());
     glBindTextureUnit(3, picture.overlay_texture());
-    glUseProgram((has_overlay ? with_overlay_ : plain_).name());
+    const std::vector<GlProgram>& programs = has_overlay ? with_overlay_ : plain_;
     glBindVertexArray(no_layout_.name());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    if (!picture.is_smoothed()) return;
+    const auto draw_with = [](const GlProgram& program) {
+        glUseProgram(program.name());
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    };
+    if (picture.has_blocks()) {
+        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+        mark_with([&] { draw_with(has_overlay ? classes_with_overlay_ : classes_); });
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        for (std::size_t blocks = 0; blocks < programs.size(); ++blocks)
+            draw_marked(0.25 * static_cast<double>(blocks), [&] { draw_with(programs[blocks]); });
+        glDisable(GL_DEPTH_TEST);
+    } else {
+        draw_with(programs[0]);
+    }
+    if (!picture.has_blocks() && !picture.is_smoothed()) return;
     picture.bind_smoothed();
     glBindTextureUnit(0, picture.shaded_texture());
-    glUseProgram(smoothing_.name());
-    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBindTextureUnit(1, picture.block_classes());
+    if (!picture.is_smoothed()) {
+        draw_with(copying_);
+        return;
+    }
+    // pixels on edges get the depth 1
+    mark_with([&] { draw_with(copying_); });
+    draw_marked(1.0, [&] { draw_with(smoothing_); });
+    glDisable(GL_DEPTH_TEST);
 }
 
 }  // namespace terrane::internal

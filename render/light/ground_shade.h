@@ -58,12 +58,12 @@ public:
     /// @param sample_count of the framebuffers passed to draw()
     /// @param lighting     text prepended to shade.frag: defines lit_at() and shown_at()
     /// @param is_smoothed  of the framebuffers passed to draw()
-    /// @param has_bends    whether `lighting` has materials
+    /// @param has_materials whether `lighting` has materials; with 1 sample per pixel the framebuffers have blocks
     ///
     /// Fails with device_unavailable if its shaders do not compile.
     static Result<GroundShade> create(int sample_count,
                                       const std::string& lighting = light_text({}),
-                                      bool is_smoothed = false, bool has_bends = false);
+                                      bool is_smoothed = false, bool has_materials = false);
 
     /// Call before draw() if the frame has ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
@@ -86,7 +86,8 @@ private:
     GroundShade() = default;
 
     std::unique_ptr<GroundLight> light_;
-    GlProgram plain_, with_overlay_, smoothing_;
+    std::vector<GlProgram> plain_, with_overlay_;  // one, or one for each class of blocks
+    GlProgram classes_, classes_with_overlay_, copying_, smoothing_;
     GlTexture noise_;
     GlVertexArray no_layout_;
 };

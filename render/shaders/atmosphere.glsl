@@ -79,14 +79,16 @@ vec3 sky_light(vec3 direction) {
     return textureLod(sky_map, (0.5 + place_in_sky(direction) * (kTexels - 1.0)) / kTexels, 0.0).rgb;
 }
 vec3 sky(vec3 direction) { return display(sky_light(direction)); }
-vec3 sky_with_sun(vec3 direction) {
+// Displayed colour of the sky, given its light, with the sun's disc.
+vec3 with_sun(vec3 light, vec3 direction) {
     // the picture's pixels smooth the disc's edge
     vec3 apart = direction - frame.sun.xyz;
     float outside = sqrt(dot(apart, apart)) - sqrt(2.0 - 2.0 * air.disc.w);
     float disc = clamp(0.5 - outside / frame.grid.w, 0.0, 1.0);
     disc *= direction.z > air.horizon.x ? 1.0 : 0.0;
-    return display(sky_light(direction) + disc * air.disc.rgb);
+    return display(light + disc * air.disc.rgb);
 }
+vec3 sky_with_sun(vec3 direction) { return with_sun(sky_light(direction), direction); }
 
 // Share of light that passes from a point to the eye.
 vec3 air_share(vec3 p_eye, float distance) {
@@ -106,6 +108,14 @@ vec3 air_light(vec3 p_eye, float distance) {
     vec3 at = vec3(place_in_sky(direction), inside / (inside + air.place.w));
     return textureLod(air_map, (0.5 + at * (kTexels - 1.0)) / kTexels, 0.0).rgb;
 }
+// The air between the eye and a point.
+struct AirBefore {
+    vec3 share, light;  // see air_share() and air_light()
+};
+AirBefore air_up_to(vec3 p_eye, float distance) {
+    return AirBefore(air_share(p_eye, distance), air_light(p_eye, distance));
+}
+vec3 shown_behind(AirBefore before, vec3 light) { return display(light * before.share + before.light); }
 vec3 shown_behind_air(vec3 light, vec3 p_eye, float distance) {
-    return display(light * air_share(p_eye, distance) + air_light(p_eye, distance));
+    return shown_behind(air_up_to(p_eye, distance), light);
 }

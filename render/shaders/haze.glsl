@@ -45,19 +45,31 @@ vec3 sky(vec3 direction) {
     vec3 colour = mix(frame.horizon.rgb, frame.zenith.rgb, 1.0 - exp(-3.6 * height));
     return colour + glow(direction) * (1.0 - colour);
 }
-vec3 sky_with_sun(vec3 direction) {
+// Light of the sky in a unit direction, for with_sun(): as displayed.
+vec3 sky_light(vec3 direction) { return sky(direction); }
+vec3 with_sun(vec3 colour, vec3 direction) {
     // the sun's disc, a quarter of a degree in radius
     float disc = smoothstep(0.99998, 0.999992, dot(direction, frame.sun.xyz));
-    return mix(sky(direction), vec3(1.0, 0.98, 0.92), disc);
+    return mix(colour, vec3(1.0, 0.98, 0.92), disc);
 }
+vec3 sky_with_sun(vec3 direction) { return with_sun(sky(direction), direction); }
 
+// The haze between the eye and a point.
+struct AirBefore {
+    float share;   // of the point's displayed colour
+    vec3 colour;   // displayed
+};
+AirBefore air_up_to(vec3 p_eye, float distance) {
+    vec3 along = p_eye / distance;
+    return AirBefore(exp2(-frame.grid.z * distance), frame.horizon.rgb + glow(along) * (1.0 - frame.horizon.rgb));
+}
 // Displayed colour of a surface seen through haze.
 vec3 behind_air(vec3 colour, vec3 p_eye, float distance) {
-    vec3 along = p_eye / distance;
-    vec3 air = frame.horizon.rgb + glow(along) * (1.0 - frame.horizon.rgb);
-    return mix(air, colour, exp2(-frame.grid.z * distance));
+    AirBefore before = air_up_to(p_eye, distance);
+    return mix(before.colour, colour, before.share);
 }
 // The same, given the surface's light.
+vec3 shown_behind(AirBefore before, vec3 light) { return mix(before.colour, display(light), before.share); }
 vec3 shown_behind_air(vec3 light, vec3 p_eye, float distance) {
-    return behind_air(display(light), p_eye, distance);
+    return shown_behind(air_up_to(p_eye, distance), light);
 }

@@ -4,7 +4,8 @@
 // the chunks that were drawn.
 //
 // SAMPLES (of the depth and the overlay), OVERLAY (whether there is one) and SMOOTHED (whether smooth.frag follows) are
-// defined by the program.
+// defined by the program. With materials, a fragment has PIXELS pixels: 1, or 4, a block of two by two pixels that
+// share all that varies slowly. BLOCKS is then the class of blocks that the program shades: see block.glsl.
 
 #if SAMPLES > 1
 layout(binding = 2) uniform sampler2DMS depths;
@@ -35,8 +36,6 @@ layout(std140, binding = 1) uniform Light {
 
 in vec3 ray;
 
-layout(location = 0) out vec4 colour_out;
-
 const int kLastLayer = 7;
 // Mipmap bias of the noise: the level of a pixel's longer side would blur it.
 const float kSharper = -1.2;
@@ -44,6 +43,8 @@ const float kNoiseTexels = 256.0;
 // The samples of a pixel are shaded as one if their depths differ by at most the ratio kOneSurface and are coplanar
 // within kOnePlane times the depth.
 const float kOneSurface = 1.06;
+// Share by which the distances of two blocks on one surface differ.
+const float kOneSlope = 0.2;
 const float kOnePlane = 0.004;
 
 // Place in the maps of a chunk.
@@ -93,6 +94,11 @@ vec3 ground_normal(vec3 p_eye, float pixel_m, out vec2 lie) {
     return vec3(slope, sqrt(max(1.0 - dot(slope, slope), 0.0)));
 }
 
+#ifdef WATER
+// Distance used for pixels without ground, metres.
+const float kNoGround = 1e8;
+#endif
+
 // Height above the origin, metres.
 float height_of(vec3 p_eye) {
     float eye_m = (float(frame.eye_height.x) * 65536.0 + float(frame.eye_height.y)) * frame.grid.y;
@@ -100,36 +106,83 @@ float height_of(vec3 p_eye) {
 }
 
 #ifdef MATERIALS
-// Light reflected by the ground.
-vec3 ground(vec3 p_eye) {
+// Light reflected by the ground at pixels of one surface around a point.
+void ground(vec3 centre, vec3 p_eye[PIXELS], out vec3 light[PIXELS]) {
     GroundPoint at;
-    at.p_eye = p_eye;
-    float distance = length(p_eye);
-    at.along = p_eye / distance;
+    at.p_eye = centre;
+    float distance = length(centre);
+    at.along = centre / distance;
     at.pixel_m = distance * frame.grid.w;
     float footprint = at.pixel_m * inversesqrt(max(abs(at.along.z), 0.10));
-    at.normal = ground_normal(p_eye, footprint, at.lie);
-    at.height_m = height_of(p_eye);
+#if PIXELS > 1 && BLOCKS != MIXED_BLOCKS
+    float nearness = 1.0 / distance;
+    at.is_smooth = lessThan(abs(vec2(dFdx(nearness), dFdy(nearness))), vec2(kOneSlope * nearness));
+#elif PIXELS > 1
+    at.is_smooth = bvec2(false);
+#endif
+#if PIXELS > 1 && BLOCKS == NEAR_BLOCKS
+    at.normal = ground_normal(centre, footprint, at.lie);
+    // between the centres of blocks all that varies slowly is linear
+    vec4 slow = vec4(at.normal.xy, at.lie);
+    vec4 slow_x = at.is_smooth.x ? 0.25 * dFdx(slow) : vec4(0.0);
+    vec4 slow_y = at.is_smooth.y ? 0.25 * dFdy(slow) : vec4(0.0);
+    for (int i = 0; i < PIXELS; ++i) {
+        vec4 there = slow + side_of(i).x * slow_x + side_of(i).y * slow_y;
+        at.normals[i] = vec3(there.xy, sqrt(max(1.0 - dot(there.xy, there.xy), 0.0)));
+        at.lies[i] = there.zw;
+    }
+#else
+    at.normal = vec3(0.0);
+    at.lie = vec2(0.0);
+    for (int i = 0; i < PIXELS; ++i) {
+        at.normals[i] = ground_normal(p_eye[i], footprint, at.lies[i]);
+        at.normal += at.normals[i];
+        at.lie += at.lies[i] / float(PIXELS);
+    }
+    at.normal = normalize(at.normal);
+#endif
+    at.height_m = height_of(centre);
 #ifdef WATER
-    at.above_water_m = p_eye.z - frame.near.y;
+    at.above_water_m = centre.z - frame.near.y;
 #else
     at.above_water_m = 1e9;
 #endif
-    GroundSurface surface = ground_surface(at);
-#ifdef IMAGERY
-    vec4 draped = imagery_at(p_eye, footprint);
-    vec3 draped_albedo = albedo_of(draped.rgb / max(draped.a, 1.0 / 255.0));
-    // the materials' detail replaces that finer than the texels
-    float detail = smoothstep(-1.0, 3.0, log2(imagery.texel / at.pixel_m));
-    draped_albedo *= mix(1.0, surface.tone, 0.8 * detail);
-    vec3 blended = mix(sqrt(surface.albedo), sqrt(draped_albedo), draped.a);
-    surface.albedo = draped.a > 0.0 ? blended * blended : surface.albedo;
-#endif
+    GroundSurface surface = ground_surface(at, p_eye);
 #ifdef WAVES
-    extra_depth = sea_depth(p_eye, at.normal);
+    extra_depth = sea_depth(centre, at.normal);
 #endif
-    return lit_at(rough_albedo(surface, at.along), surface.normal, p_eye, at.normal);
+    vec3 sun = sun_light(centre);
+#ifdef CASCADES
+    float shares[PIXELS];
+    sun_shares(sun_share(centre, at.normal), centre, p_eye, at.normal, shares);
+#endif
+    for (int i = 0; i < PIXELS; ++i) {
+        vec3 albedo = surface.albedo[i], normal = surface.normal[i];
+#ifdef IMAGERY
+        vec4 draped = imagery_at(p_eye[i], footprint);
+        vec3 draped_albedo = albedo_of(draped.rgb / max(draped.a, 1.0 / 255.0));
+        // the materials' detail replaces that finer than the texels
+        float detail = smoothstep(-1.0, 3.0, log2(imagery.texel / at.pixel_m));
+        draped_albedo *= mix(1.0, surface.tone[i], 0.8 * detail);
+        vec3 blended = mix(sqrt(albedo), sqrt(draped_albedo), draped.a);
+        albedo = draped.a > 0.0 ? blended * blended : albedo;
+#endif
+        float towards_sun = max(dot(normal, frame.sun.xyz), 0.0);
+#ifdef CASCADES
+        towards_sun *= shares[i];
+#endif
+        light[i] = albedo * rough_factor(surface.roughness, normal, at.along) *
+                   (sun * towards_sun + ambient_light(normal.z));
+    }
 }
+#if PIXELS == 1
+vec3 ground(vec3 p_eye) {
+    vec3 pixel[1], light[1];
+    pixel[0] = p_eye;
+    ground(p_eye, pixel, light);
+    return light[0];
+}
+#endif
 #else
 // Light reflected by the ground.
 vec3 ground(vec3 p_eye) {
@@ -185,10 +238,107 @@ vec3 ground(vec3 p_eye) {
 }
 #endif
 
-#ifdef WATER
-// Distance used for pixels without ground, metres.
-const float kNoGround = 1e8;
+#ifdef BLOCKS
+layout(location = 0) out vec4 colours_out[PIXELS];
 
+// Displayed colours of pixels around a point without ground, and of the water before it.
+void shade_sky(vec3 centre, vec3 rays[PIXELS], inout vec3 shown[PIXELS],
+               bool is_shown[PIXELS]) {
+    vec3 light = sky_light(normalize(centre));
+    for (int i = 0; i < PIXELS; ++i) {
+        vec3 direction = normalize(rays[i]);
+        vec3 colour = with_sun(light, direction);
+#ifdef WATER
+        float level = frame.near.y;
+        vec3 clear = exp(-kAbsorption * min(max(level, 0.0) / max(direction.z, 1e-30), kNoGround));
+        colour = mix(display(through_water(vec3(0.0), kNoGround, vec3(0.0))), colour, clear);
+#ifdef WAVES
+        extra_depth = 0.0;
+#endif
+        if (direction.z * kNoGround < level) colour = shown_at(vec3(0.0), direction * kNoGround);
+#endif
+        shown[i] = is_shown[i] ? colour : shown[i];
+    }
+}
+void shade_ground(vec3 centre, vec3 p_eye[PIXELS], inout vec3 shown[PIXELS],
+               bool is_shown[PIXELS]) {
+    vec3 light[PIXELS];
+    ground(centre, p_eye, light);
+    AirBefore before = air_up_to(centre, length(centre));
+    for (int i = 0; i < PIXELS; ++i) {
+        vec3 colour = shown_at(light[i], p_eye[i], before);
+        shown[i] = is_shown[i] ? colour : shown[i];
+    }
+}
+
+void main() {
+    ivec2 last = textureSize(depths, 0) - 1;
+    vec2 across = 2.0 / vec2(last + 1);
+    float depth[PIXELS];
+    vec3 rays[PIXELS], shown[PIXELS];
+    for (int i = 0; i < PIXELS; ++i) {
+        ivec2 pixel = pixel_of(ivec2(gl_FragCoord.xy), i);
+        depth[i] = texelFetch(depths, min(pixel, last), 0).x;
+        vec2 place = (vec2(pixel) + 0.5) * across - 1.0;
+        rays[i] = frame.forward.xyz + place.x * frame.right.xyz + place.y * frame.up.xyz;
+        shown[i] = vec3(0.0);
+    }
+    vec3 centre = 0.5 * (rays[0] + rays[PIXELS - 1]);
+    bool is_member[PIXELS];
+#if BLOCKS == SKY_BLOCKS
+    for (int i = 0; i < PIXELS; ++i) is_member[i] = true;
+    shade_sky(centre, rays, shown, is_member);
+#elif BLOCKS == NEAR_BLOCKS || BLOCKS == FAR_BLOCKS
+    vec3 p_eye[PIXELS];
+    float mean = 0.0;
+    for (int i = 0; i < PIXELS; ++i) {
+        is_member[i] = true;
+        p_eye[i] = rays[i] * (frame.near.x / depth[i]);
+        mean += 0.25 * depth[i];
+    }
+    shade_ground(centre * (frame.near.x / mean), p_eye, shown, is_member);
+#else
+    for (int i = 0; i < PIXELS; ++i) is_member[i] = depth[i] == 0.0;
+    shade_sky(centre, rays, shown, is_member);
+    // the nearest surface, and then the others as one
+    bool is_left[PIXELS];
+    for (int i = 0; i < PIXELS; ++i) is_left[i] = depth[i] > 0.0;
+    bool is_first = true, is_any;
+    do {
+        float most = 0.0, sum = 0.0, count = 0.0;
+        for (int i = 0; i < PIXELS; ++i) most = max(most, is_left[i] ? depth[i] : 0.0);
+        float limit = is_first ? most / kOneSurface : 0.0;
+        vec3 mean = vec3(0.0);
+        for (int i = 0; i < PIXELS; ++i) {
+            is_member[i] = is_left[i] && depth[i] >= limit;
+            is_left[i] = is_left[i] && !is_member[i];
+            sum += is_member[i] ? depth[i] : 0.0;
+            mean += is_member[i] ? rays[i] : vec3(0.0);
+            count += is_member[i] ? 1.0 : 0.0;
+        }
+        // the mean ray at the mean depth; the factors 1 / count cancel
+        vec3 p_centre = count > 0.0 ? mean * (frame.near.x / sum) : centre;
+        vec3 p_eye[PIXELS];
+        for (int i = 0; i < PIXELS; ++i)
+            p_eye[i] = is_member[i] ? rays[i] * (frame.near.x / depth[i]) : p_centre;
+        shade_ground(p_centre, p_eye, shown, is_member);
+        is_first = false;
+        is_any = false;
+        for (int i = 0; i < PIXELS; ++i) is_any = is_any || is_left[i];
+    } while (is_any);
+#endif
+    for (int i = 0; i < PIXELS; ++i) {
+#if OVERLAY
+        vec4 over = texelFetch(overlays, min(pixel_of(ivec2(gl_FragCoord.xy), i), last), 0);
+        shown[i] = over.rgb + (1.0 - over.a) * shown[i];
+#endif
+        colours_out[i] = vec4(shown[i], dot(shown[i], vec3(0.299, 0.587, 0.114)));
+    }
+}
+#else
+layout(location = 0) out vec4 colour_out;
+
+#ifdef WATER
 // Colour of ground, water or sky at a depth.
 vec3 background(float depth) {
     float level = frame.near.y;
@@ -197,10 +347,9 @@ vec3 background(float depth) {
 #ifdef WAVES
     extra_depth = 0.0;
 #endif
-    // a loop instead of a branch: a software rasteriser executes both sides of a branch
-    for (int left = depth > 0.0 && !is_hidden(p_eye) ? 1 : 0; left > 0; --left) light = ground(p_eye);
+    if (depth > 0.0 && !is_hidden(p_eye)) light = ground(p_eye);
     vec3 shown = shown_at(light, p_eye);
-    for (int left = depth == 0.0 && p_eye.z >= level ? 1 : 0; left > 0; --left) {
+    if (depth == 0.0 && p_eye.z >= level) {
         vec3 clear = exp(-kAbsorption * min(max(level, 0.0) / max(ray.z, 1e-30) * length(ray), kNoGround));
         shown = mix(display(through_water(vec3(0.0), kNoGround, vec3(0.0))),
                     sky_with_sun(normalize(ray)), clear);
@@ -252,3 +401,4 @@ void main() {
     colour_out = vec4(colour, 1.0);
 #endif
 }
+#endif

@@ -55,8 +55,7 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
         vec2 beside = texel * (vec2(float(i & 1), float(i >> 1)) * 2.0 - 1.0);
         share += 0.25 * texture(shadow_maps, vec4(at.xy + beside, layer, at.z + dot(slope, beside)));
     }
-    // a loop instead of a branch: a software rasteriser executes both sides of a branch
-    for (int left = share > 0.0 && share < 1.0 ? 1 : 0; left > 0; --left) {
+    if (share > 0.0 && share < 1.0) {
         // mean height of the casters among these texels above the receiver's plane
         ivec2 first = ivec2(floor(at.xy / texel - 0.5)) - 1;
         float count = 0.0, height = 0.0;
@@ -109,12 +108,34 @@ float sun_share(vec3 p_eye, vec3 normal) {
     float to_next = (distance / own_reach - kBlendFrom) / (1.0 - kBlendFrom);
     to_next = cascade < CASCADES - 1 ? max(to_next, 0.0) : 0.0;
     int last = cascade + (to_next > 0.0 ? 1 : 0);
-    // a loop instead of a branch: a software rasteriser executes both sides of a branch
+    // the condition is at the end: a software rasteriser completes the pass that a loop's first condition leaves
     float share = 0.0;
-    for (int i = cascade; i <= min(last, CASCADES - 1); ++i)
+    int i = min(cascade, CASCADES - 1);
+    do {
         share += (i == cascade ? 1.0 - to_next : to_next) * sun_share(p_eye, normal, i);
+    } while (++i <= min(last, CASCADES - 1));
     return mix(share, 1.0, smoothstep(kFadeFrom * most, most, distance));
 }
+#ifdef PIXELS
+// The same of pixels of one surface around a point. share: sun_share() of that point
+void sun_shares(float share, vec3 centre, vec3 p_eye[PIXELS], vec3 normal, out float shares[PIXELS]) {
+    bool is_edge = PIXELS > 1 && share > 0.0 && share < 1.0;
+    float distance = length(centre);
+    int cascade = min(int(distance > shadow.reach.x) + int(distance > shadow.reach.y), CASCADES - 1);
+    vec4 place = shadow.places[cascade];
+    vec3 away = normal * (kAway * shadow.reach.w / place.w);
+    float most = shadow.reach[CASCADES - 1];
+    float fade = smoothstep(kFadeFrom * most, most, distance);
+    for (int i = 0; i < PIXELS; ++i) {
+        // of the pixel alone, one lookup
+        vec3 p = p_eye[i] + away;
+        p = vec3(dot(p, shadow.right.xyz), dot(p, shadow.up.xyz), dot(p, frame.sun.xyz));
+        vec3 at = 0.5 + (p - place.xyz) * place.w;
+        float own = mix(texture(shadow_maps, vec4(at.xy, float(cascade), at.z)), 1.0, fade);
+        shares[i] = is_edge ? 0.5 * (share + own) : share;
+    }
+}
+#endif
 #endif
 
 // lit() with shadows, of a point of a surface.

@@ -121,8 +121,7 @@ vec3 water_surface(vec3 light, vec3 p_eye, float depth) {
 #endif
     float glint = pow(max(dot(mirrored, frame.sun.xyz), 0.0), sharpness);
 #ifdef CASCADES
-    for (int left = glint > kLeastGlint ? 1 : 0; left > 0; --left)
-        glint *= sun_share(p_eye, vec3(0.0, 0.0, 1.0));
+    if (glint > kLeastGlint) glint *= sun_share(p_eye, vec3(0.0, 0.0, 1.0));
 #endif
 #ifdef ATMOSPHERE
     vec3 seen = mix(light, sky_light(mirrored), reflected) + glint * air.disc.rgb;
@@ -135,18 +134,17 @@ vec3 water_surface(vec3 light, vec3 p_eye, float depth) {
 }
 #endif
 
-// Displayed colour of a surface, given its light.
-vec3 shown_at(vec3 light, vec3 p_eye) {
-    float distance = length(p_eye);
+// Displayed colour of a surface, given its light and the air before it.
+vec3 shown_at(vec3 light, vec3 p_eye, AirBefore before) {
 #ifdef WATER
+    float distance = length(p_eye);
     float level = frame.near.y;
     if (level >= 0.0) {
         float wet = p_eye.z < level ? distance + level - p_eye.z : level / p_eye.z * distance;
         return display(through_water(light, wet, p_eye));
     }
-    vec3 shown = shown_behind_air(light, p_eye, distance);
-    // a loop instead of a branch: a software rasteriser executes both sides of a branch
-    for (int left = p_eye.z < level ? 1 : 0; left > 0; --left)
+    vec3 shown = shown_behind(before, light);
+    if (p_eye.z < level)
 #ifdef WAVES
     {
         float depth = level - p_eye.z + extra_depth;
@@ -160,6 +158,8 @@ vec3 shown_at(vec3 light, vec3 p_eye) {
 #endif
     return shown;
 #else
-    return shown_behind_air(light, p_eye, distance);
+    return shown_behind(before, light);
 #endif
 }
+// The same.
+vec3 shown_at(vec3 light, vec3 p_eye) { return shown_at(light, p_eye, air_up_to(p_eye, length(p_eye))); }

@@ -268,8 +268,9 @@ TerrainRenderer::~TerrainRenderer() = default;
 Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_px, int height_px,
                                                 const RendererSettings& settings) {
     TERRANE_TRY(check(settings));
-    TERRANE_TRY(Framebuffer picture, Framebuffer::create(width_px, height_px, settings.sample_count,
-                                                         settings.smooth_edges));
+    TERRANE_TRY(Framebuffer picture,
+                Framebuffer::create(width_px, height_px, settings.sample_count,
+                                    settings.smooth_edges, settings.ground_look.has_value()));
     const bool has_shadows = settings.shadow_distance > 0.0;
     LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
                               .has_penumbra = settings.sun_radius > 0.0,
