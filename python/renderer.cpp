@@ -133,7 +133,7 @@ py::array draw(HeldRenderer& held, const Mesh& mesh, const View& view, SceneUse*
             draws = draws_within((*of_scene)->scene, view, mesh.mesh, settings.triangle_budget,
                                  settings.max_error_px, drawing.renderer.shadows());
         }
-        Result<void> drawn = drawing.renderer.draw(mesh.mesh, view, {}, draws);
+        Result<void> drawn = drawing.renderer.draw(mesh.mesh, view, draws);
         if (drawn) image = drawing.renderer.read();
         return drawn;
     }));

@@ -71,7 +71,7 @@ Result<void> add_view(TerrainRenderer& renderer, const View& view, const Pair& p
         SceneDraws{.instances = instances, .meshes = {&shifted, 1}}};
     std::array<Image, 4> images;
     for (std::size_t i = 0; i < draws.size(); ++i) {
-        TERRANE_TRY(renderer.draw({}, view, {}, draws[i]));
+        TERRANE_TRY(renderer.draw({}, view, draws[i]));
         images[i] = renderer.read();
     }
     add_pixels(images[1], images[2], images[0], of_impostor);

@@ -14,7 +14,8 @@ namespace terrane::internal {
 namespace {
 
 // Texture units of texture.glsl.
-constexpr GLuint kColourUnit = 10, kNormalUnit = 11, kRoughnessMetalUnit = 12;
+// beyond the units of light, water and air (`binding` in shaders/)
+constexpr GLuint kColourUnit = 16, kNormalUnit = 17, kRoughnessMetalUnit = 18;
 // Most samples along the long axis of a pixel's footprint.
 constexpr GLfloat kAnisotropy = 8.0f;
 

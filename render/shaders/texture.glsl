@@ -2,13 +2,13 @@
 // Material of a textured surface. Macros say what the material has: see MaterialFeature in materials.h. The program
 // defines SAMPLES.
 #ifdef COLOUR_TEXTURE
-layout(binding = 10) uniform sampler2D colour_texture;  // linear when read, opacity
+layout(binding = 16) uniform sampler2D colour_texture;  // linear when read, opacity
 #endif
 #ifdef NORMAL_TEXTURE
-layout(binding = 11) uniform sampler2D normal_texture;
+layout(binding = 17) uniform sampler2D normal_texture;
 #endif
 #ifdef GLOSS_TEXTURE
-layout(binding = 12) uniform sampler2D roughness_metal_texture;  // y: roughness, z: metal
+layout(binding = 18) uniform sampler2D roughness_metal_texture;  // y: roughness, z: metal
 #endif
 
 uniform vec3 emission;

@@ -7,7 +7,6 @@
 #include "light/ground_shade.h"
 #include "light/shadow_maps.h"
 #include "light/sky_light.h"
-#include "objects/form_draws.h"
 #include "objects/scene_objects.h"
 #include "terrain/ground_draws.h"
 #include "terrain/ground_imagery.h"
@@ -32,7 +31,6 @@ constexpr double kMostRockSlope = 100.0;
 constexpr int kMostAnisotropy = 16;
 constexpr double kMostSunRadius = 0.05;  // radians
 constexpr double kMostStops = 20.0;
-constexpr double kEndOfExtents = 1e5;  // metres, above all half extents of solids
 
 Result<void> check_colour(std::string name, const Colour& colour) {
     for (const float part : {colour.red, colour.green, colour.blue}) {
@@ -102,26 +100,6 @@ Result<void> check(const RendererSettings& settings) {
     return check_colour("zenith_colour", settings.zenith_colour);
 }
 
-Result<void> check(std::span<const DrawnObject> objects) {
-    for (std::size_t i = 0; i < objects.size(); ++i) {
-        const auto named = [i](std::string what) {
-            return what.append(" of object ").append(number_text(i));
-        };
-        const Pose& pose = objects[i].world_from_object;
-        if (!pose.translation.allFinite() || !pose.rotation.allFinite())
-            return fail(ErrorCode::invalid_argument, named("the pose").append(" must be finite"));
-        for (const double extent : objects[i].extents) {
-            if (extent >= 0.0 && extent < kEndOfExtents) continue;
-            return fail(ErrorCode::invalid_argument,
-                        named("the extents")
-                            .append(" must be at least 0 and below 1e5 m, got ")
-                            .append(number_text(extent)));
-        }
-        TERRANE_TRY(check_colour(named("the colour"), objects[i].colour));
-    }
-    return {};
-}
-
 // Checks the arguments of draw() before anything is drawn.
 Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer& picture) {
     TERRANE_TRY(view.validate());
@@ -155,7 +133,6 @@ struct TerrainRenderer::State {
     GroundShade shade;
     GlProgram ground, wires;
     VolumeDraws::Program solid_ground, solid_walls, solid_wires;
-    FormDraws forms;
     GlBuffer frame_uniforms;
     std::optional<ShadowPass> shadows;       // none without shadow_distance
     std::unique_ptr<GroundImagery> imagery;  // null: none
@@ -168,17 +145,15 @@ struct TerrainRenderer::State {
     std::optional<GpuTimer> timer;  // none for software rasterisers
     DrawCounts counts;
 
-    State(Framebuffer target, GroundShade made_shade, FormDraws made_forms,
-          const std::string& lighting, std::size_t texture_bytes, bool is_anisotropic)
+    State(Framebuffer target, GroundShade made_shade, const std::string& lighting,
+          std::size_t texture_bytes, bool is_anisotropic)
         : picture(std::move(target)),
           shade(std::move(made_shade)),
-          forms(std::move(made_forms)),
           scene(picture.sample_count(), lighting, texture_bytes, is_anisotropic) {}
 
     Result<void> make_programs(const std::string& lighting);
     void make_buffers();
-    void draw_shadows(const FrameUniforms& uniforms, const View& view,
-                      std::span<const DrawnObject> drawn);
+    void draw_shadows(const FrameUniforms& uniforms, const View& view);
     void draw_walls();
     void draw_wires();
 };
@@ -236,14 +211,12 @@ void TerrainRenderer::State::draw_wires() {
 }
 
 // Draws the shadow casters into the maps, and binds the maps.
-void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view,
-                                          std::span<const DrawnObject> drawn) {
+void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view) {
     shadows->draw(uniforms, view, [&](std::size_t cascade) {
         glUseProgram(ground.name());
         draws.draw_casters(cascade);
         solids.draw(VolumeDraws::Part::ground, solid_ground);
         solids.draw(VolumeDraws::Part::walls, solid_ground);
-        forms.draw_casters(shadows->cascades()[cascade], view, drawn);
         scene.draw_casters(cascade);
     });
 }
@@ -283,9 +256,8 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
     TERRANE_TRY(GroundShade shade,
                 GroundShade::create(picture.sample_count(), light_text(features),
                                     picture.is_smoothed(), settings.ground_look.has_value()));
-    TERRANE_TRY(FormDraws forms, FormDraws::create(lighting, has_shadows));
-    auto state = std::make_unique<State>(std::move(picture), std::move(shade), std::move(forms),
-                                         lighting, settings.texture_bytes, !context.is_software());
+    auto state = std::make_unique<State>(std::move(picture), std::move(shade), lighting,
+                                         settings.texture_bytes, !context.is_software());
     state->context = context.keep_alive();
     state->settings = settings;
     if (!context.is_software()) state->timer.emplace();
@@ -297,10 +269,9 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
 }
 
 Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
-                                   std::span<const DrawnObject> objects, const SceneDraws& scene) {
+                                   const SceneDraws& scene) {
     State& state = *state_;
     TERRANE_TRY(check(mesh, view, state.picture));
-    TERRANE_TRY(check(objects));
     // the sky does not depend on the lattice
     const Lattice lattice = mesh.resident == nullptr ? Lattice{} : mesh.resident->lattice();
     EyeFrame eye;
@@ -329,8 +300,8 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         }
     }
     TERRANE_TRY(state.solids.prepare(mesh, eye));
-    const bool has_overlay = state.settings.wireframe || !objects.empty() ||
-                             !state.solids.is_empty() || !state.scene.is_empty();
+    const bool has_overlay =
+        state.settings.wireframe || !state.solids.is_empty() || !state.scene.is_empty();
 
     const FrameUniforms uniforms =
         make_frame_uniforms(state.settings, lattice, view, eye, state.time);
@@ -346,7 +317,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GEQUAL);
     glClearDepth(0.0);
-    if (state.shadows) state.draw_shadows(uniforms, view, objects);
+    if (state.shadows) state.draw_shadows(uniforms, view);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, state.frame_uniforms.name());
     if (state.settings.water_level) state.shade.bind_noise(7);
     state.picture.bind_depth();
@@ -364,7 +335,6 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         glClear(GL_COLOR_BUFFER_BIT);
         state.draw_walls();
         if (state.settings.wireframe) state.draw_wires();
-        state.forms.draw(view, objects);
         state.scene.draw_solid();
         state.scene.draw_particles(state.picture);
     }
@@ -379,7 +349,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     TERRANE_TRY(check_gl("draw the terrain"));
     state.counts = {.chunks_drawn = state.draws.drawn_count(),
                     .chunks_culled = state.draws.culled_count(),
-                    .objects_drawn = objects.size() + state.scene.object_count(),
+                    .objects_drawn = state.scene.object_count(),
                     .triangles = state.scene.triangle_count(),
                     .triangles_culled = state.scene.culled_triangle_count(),
                     .textures_reduced = state.scene.reduced_texture_count(),

@@ -20,6 +20,8 @@
 #include "base/aabb_tree.h"
 #include "mesh/star_mesh.h"
 
+#include <terrane/terrain/surface_distance.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -276,3 +278,11 @@ double bound_surface_distance(const SurfaceView& a, const SurfaceView& b) {
 }
 
 }  // namespace terrane::internal
+
+namespace terrane {
+
+double bound_surface_distance(const TriangleMesh& a, const TriangleMesh& b) {
+    return internal::bound_surface_distance({a.positions, a.triangles}, {b.positions, b.triangles});
+}
+
+}  // namespace terrane

@@ -15,11 +15,7 @@ struct SurfaceView {
     std::span<const std::array<std::uint32_t, 3>> triangles = {};
 };
 
-/// Certified upper bound of the two-sided Hausdorff distance between two surfaces, metres: no point of either is
-/// farther from the other. Exceeds the distance by at most a hundredth and 1e-10 of the size of both surfaces, unless
-/// the limit of 100 steps for a triangle is reached. Infinity if one of them has no triangles; 0 if neither has.
-///
-/// Cost: O(n log n), about a query of the nearest triangle for each cell of the overlay of the two surfaces
+/// See bound_surface_distance() of meshes.
 double bound_surface_distance(const SurfaceView& a, const SurfaceView& b);
 
 }  // namespace terrane::internal

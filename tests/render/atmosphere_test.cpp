@@ -339,10 +339,10 @@ TEST_F(AtmosphereTest,
             for (const double distance : {500.0, 8000.0, 50'000.0}) {
                 const View view = view_from({0.0, 0.0, altitude},
                                             {distance, 0.0, altitude - 0.02 * distance}, 0.2);
-                DrawnObject box;
+                test::Solid box;
                 box.colour = {0.0f, 0.0f, 0.0f};
                 box.extents = {1.0, 0.2 * distance, 0.2 * distance};
-                box.world_from_object.translation = {distance + 1.0, 0.0, altitude};
+                box.world_from_solid.translation = {distance + 1.0, 0.0, altitude};
                 const Image image = draw(renderer, TerrainMesh{}, view, {&box, 1});
                 const int x = kWidth / 2, y = kHeight / 2;
                 const Eigen::Vector3d direction = direction_of(view, x, y);
@@ -360,10 +360,10 @@ TEST_F(AtmosphereTest,
         }
         // a wall at the horizon, 400 km away, beside the sky
         const View level = view_from({0.0, 0.0, 100.0}, {1000.0, 0.0, 100.0}, 0.02);
-        DrawnObject wall;
+        test::Solid wall;
         wall.colour = {0.0f, 0.0f, 0.0f};
         wall.extents = {1.0, 9e4, 1200.0};
-        wall.world_from_object.translation = {400'000.0, -9e4, 0.0};
+        wall.world_from_solid.translation = {400'000.0, -9e4, 0.0};
         const Image image = draw(renderer, TerrainMesh{}, level, {&wall, 1});
         for (int part = 0; part < 3; ++part) {
             EXPECT_NEAR(pixel(image, 10, kHeight / 2)[part],
@@ -411,11 +411,11 @@ TEST_F(AtmosphereTest, StopsOfExposureAreFactorsOfTwo) {
 // A dark box before the sky, turned so that its edges are neither level nor upright.
 TEST_F(AtmosphereTest, SmoothedEdgesAreNearerToThoseOfSixteenSamples) {
     const View view = view_from({0.0, 0.0, 100.0}, {100.0, 0.0, 100.0}, 0.3);
-    DrawnObject box;
+    test::Solid box;
     box.extents = {1.0, 9.0, 4.0};
     box.colour = {0.05f, 0.05f, 0.05f};
-    box.world_from_object.translation = {100.0, 0.0, 100.0};
-    box.world_from_object.rotation =
+    box.world_from_solid.translation = {100.0, 0.0, 100.0};
+    box.world_from_solid.rotation =
         Eigen::AngleAxisd(0.13, Eigen::Vector3d::UnitX()).toRotationMatrix();
     const auto picture = [&](int samples, bool is_smooth) {
         TerrainRenderer renderer = make({.sample_count = samples, .smooth_edges = is_smooth});

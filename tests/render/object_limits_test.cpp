@@ -29,7 +29,7 @@ class ObjectLimitsTest : public test::PictureTest<kWidth, kHeight> {
 protected:
     static std::string message(TerrainRenderer& renderer, const View& view,
                                const SceneDraws& draws) {
-        const Result<void> drawn = renderer.draw({}, view, {}, draws);
+        const Result<void> drawn = renderer.draw({}, view, draws);
         return drawn ? std::string() : drawn.error().message;
     }
 };

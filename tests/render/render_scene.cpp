@@ -4,6 +4,9 @@
 #include "support/grounds.h"
 
 #include <terrane/terrain/composed_heights.h>
+#include <terrane/terrain/primitive_meshes.h>
+
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -224,8 +227,8 @@ void add_offsets(Scene& scene) {
 }
 
 Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
-           const TerrainMesh& mesh, std::span<const DrawnObject> objects) {
-    const Result<void> drawn = renderer.draw(mesh, view, objects, draws);
+           const TerrainMesh& mesh) {
+    const Result<void> drawn = renderer.draw(mesh, view, draws);
     EXPECT_TRUE(drawn) << (drawn ? "" : drawn.error().message);
     Image image = renderer.read();
     if (const char* folder = std::getenv("TERRANE_PICTURES"); folder != nullptr) {
@@ -234,6 +237,48 @@ Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
         EXPECT_TRUE(write_png(image, std::string(folder) + "/" + info->name() + "_" +
                                          std::to_string(count++) + ".png"));
     }
+    return image;
+}
+
+namespace {
+
+TriangleMesh mesh_of(const Solid& solid) {
+    TriangleMesh mesh;
+    if (solid.form == Solid::Form::box) {
+        mesh = make_box_mesh(solid.extents).value();
+    } else {
+        mesh = (solid.form == Solid::Form::ellipsoid ? make_sphere_mesh(1.0)
+                                                     : make_cylinder_mesh(1.0, 1.0))
+                   .value();
+        for (Eigen::Vector3d& p : mesh.positions) p = p.cwiseProduct(solid.extents);
+    }
+    const auto byte = [](float part) { return static_cast<std::uint8_t>(255.0f * part + 0.5f); };
+    mesh.colours.assign(mesh.positions.size(), {byte(solid.colour.red), byte(solid.colour.green),
+                                                byte(solid.colour.blue), 255});
+    return mesh;
+}
+
+}  // namespace
+
+Image draw(TerrainRenderer& renderer, const TerrainMesh& mesh, const View& view,
+           std::span<const Solid> solids) {
+    std::vector<ObjectInstance> instances;
+    std::vector<MeshDraw> draws;
+    for (const Solid& solid : solids) {
+        const Pose& pose = solid.world_from_solid;
+        const Eigen::Quaternionf q(pose.rotation.cast<float>());
+        ObjectInstance instance = instance_at(view, pose.translation);
+        instance.rotation = {q.x(), q.y(), q.z(), q.w()};
+        const Result<MeshId> added = renderer.add_mesh(mesh_of(solid));
+        EXPECT_TRUE(added) << (added ? "" : added.error().message);
+        if (!added) continue;
+        draws.push_back({.mesh = *added,
+                         .first_instance = static_cast<std::uint32_t>(instances.size()),
+                         .instance_count = 1});
+        instances.push_back(instance);
+    }
+    const Image image = draw(renderer, view, {.instances = instances, .meshes = draws}, mesh);
+    for (const MeshDraw& each : draws) renderer.remove_mesh(each.mesh);
     return image;
 }
 

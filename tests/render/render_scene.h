@@ -44,13 +44,21 @@ protected:
     }
 };
 
+/// A solid of one colour, drawn as a mesh of a scene.
+struct Solid {
+    enum class Form { box, ellipsoid, cylinder };  ///< a cylinder is about z
+    Form form = Form::box;
+    Pose world_from_solid;
+    Eigen::Vector3d extents = Eigen::Vector3d::Constant(0.5);  ///< half extents, metres
+    Colour colour{0.8f, 0.2f, 0.1f};
+};
+
 /// The picture of a frame, also written to a folder that the environment variable TERRANE_PICTURES names.
 Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws,
-           const TerrainMesh& mesh = {}, std::span<const DrawnObject> objects = {});
-inline Image draw(TerrainRenderer& renderer, const TerrainMesh& mesh, const View& view,
-                  std::span<const DrawnObject> objects = {}) {
-    return draw(renderer, view, {}, mesh, objects);
-}
+           const TerrainMesh& mesh = {});
+/// The picture of ground and solids.
+Image draw(TerrainRenderer& renderer, const TerrainMesh& mesh, const View& view,
+           std::span<const Solid> solids = {});
 
 ObjectInstance instance_at(const View& view, const WorldPos& place);
 

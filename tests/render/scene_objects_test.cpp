@@ -193,7 +193,7 @@ TEST_F(SceneObjectsTest, RefusesWhatItDoesNotHaveByItsName) {
     TerrainRenderer renderer = make();
     const View view = view_of_tree(20.0);
     const auto message = [&](const SceneDraws& draws) {
-        const Result<void> drawn = renderer.draw({}, view, {}, draws);
+        const Result<void> drawn = renderer.draw({}, view, draws);
         return drawn ? std::string() : drawn.error().message;
     };
     const ObjectInstance instance = instance_at(view, {0, 0, 0});

@@ -184,10 +184,10 @@ View view_down(double x, double y) {
     return *look_at({x, y, height}, {x, y, 0.0}, kFov, kWidth, kHeight);
 }
 
-DrawnObject box_at(double x, double y, double half) {
-    DrawnObject box;
+test::Solid box_at(double x, double y, double half) {
+    test::Solid box;
     box.extents = Eigen::Vector3d::Constant(half);
-    box.world_from_object.translation = {x, y, half};
+    box.world_from_solid.translation = {x, y, half};
     return box;
 }
 
@@ -219,7 +219,7 @@ Darkened darkened(const Image& image, const Image& than) {
 class ShadowTest : public test::PictureTest<kWidth, kHeight> {
 protected:
     Image draw(const RendererSettings& settings, const Scene& scene, const View& view,
-               std::span<const DrawnObject> objects = {}) {
+               std::span<const test::Solid> objects = {}) {
         TerrainRenderer renderer = make(settings);
         return test::draw(renderer, scene.mesh(), view, objects);
     }
@@ -228,7 +228,7 @@ protected:
 TEST_F(ShadowTest, ABoxCastsItsShadowWhereTheSunSaysItShould) {
     const Scene scene = make_plane_scene();
     const View view = view_down(260.0, 128.0);
-    const DrawnObject box = box_at(256.0, 128.0, 2.0);
+    const test::Solid box = box_at(256.0, 128.0, 2.0);
     // towards the sun: west, at two elevations; the shadow of the upper eastern edge is 4 m / tan of it away
     for (const double rise : {1.0, 0.5}) {
         SCOPED_TRACE(rise);
@@ -283,7 +283,7 @@ TEST_F(ShadowTest, APlaneHasNoShadowOfItsOwnHoweverLowTheSun) {
 
 TEST_F(ShadowTest, ShadowsStayWhereTheyAreWhileTheEyeTurns) {
     const Scene scene = make_plane_scene();
-    const DrawnObject box = box_at(256.0, 128.0, 2.0);
+    const test::Solid box = box_at(256.0, 128.0, 2.0);
     const Eigen::Vector3d sun(-1.0, 0.3, 0.8);
     const View first = view_down(256.0, 128.0);
     // world coordinates on the plane z = 0 of the mean pixel
@@ -329,7 +329,7 @@ TEST_F(ShadowTest, GroundOutOfViewCastsShadows) {
 TEST_F(ShadowTest, FadesTowardsItsDistance) {
     const Scene scene = make_plane_scene();
     const Eigen::Vector3d sun(-1.0, 0.0, 1.0);
-    const DrawnObject box = box_at(256.0, 128.0, 4.0);
+    const test::Solid box = box_at(256.0, 128.0, 4.0);
     const View view = view_down(262.0, 128.0);  // from 79 m
     const Image bright = draw(with_sun(sun, 0.0), scene, view, {&box, 1});
     const Image dark = draw(with_sun(sun, 400.0), scene, view, {&box, 1});
@@ -492,9 +492,9 @@ TEST_F(SceneCasterTest, CastersThatDoNotExistAreRefusedWhereThereAreShadows) {
     for (const double distance : {0.0, 100.0}) {
         TerrainRenderer renderer = make({.shadow_distance = distance});
         const Result<void> with_mesh =
-            renderer.draw(plane_.mesh(), view, {}, {.caster_meshes = {&no_mesh, 1}});
+            renderer.draw(plane_.mesh(), view, {.caster_meshes = {&no_mesh, 1}});
         const Result<void> with_impostor =
-            renderer.draw(plane_.mesh(), view, {}, {.caster_impostors = {&no_impostor, 1}});
+            renderer.draw(plane_.mesh(), view, {.caster_impostors = {&no_impostor, 1}});
         if (distance == 0.0) {
             EXPECT_TRUE(with_mesh && with_impostor) << "without shadows they are ignored";
             continue;

@@ -108,22 +108,6 @@ TEST_F(TerrainRendererTest, ABadViewOrMeshIsRefusedAndTheLastFrameStays) {
         ASSERT_FALSE(drawn);
         EXPECT_EQ(drawn.error().code, ErrorCode::invalid_argument);
     }
-    const auto refuses = [&](const Pose& pose, const Eigen::Vector3d& extents, const Colour& colour,
-                             const std::string& said) {
-        std::vector<DrawnObject> objects(2);
-        objects[1] = {DrawnObject::Form::box, pose, extents, colour};
-        const Result<void> drawn = renderer.draw(scene.mesh(), view_along(), objects);
-        EXPECT_EQ(drawn ? "" : drawn.error().message, said);
-    };
-    const Colour red{1.0f, 0.0f, 0.0f};
-    refuses({}, {1.0, -5.0, 1.0}, red,
-            "the extents of object 1 must be at least 0 and below 1e5 m, got -5");
-    refuses({}, {1.0, 1.0, 1e5}, red,
-            "the extents of object 1 must be at least 0 and below 1e5 m, got 100000");
-    refuses({}, {1.0, 1.0, 1.0}, {0.0f, 255.0f, 0.0f},
-            "the colour of object 1 must have parts from 0 to 1, got 255");
-    refuses({.translation = {0.0, 0.0, std::nan("")}}, {1.0, 1.0, 1.0}, red,
-            "the pose of object 1 must be finite");
     EXPECT_EQ(count_different(before, renderer.read()), 0);
 }
 
@@ -308,25 +292,25 @@ TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();
     const Image ground = draw(renderer, scene.mesh(), view_down());
-    using Form = DrawnObject::Form;
+    using Form = test::Solid::Form;
     // 12 m at 114 to 126 m are about 16 pixels: a square, a disc, and a lying cylinder
     for (const auto& [form, least, most] :
          {std::tuple(Form::box, 200, 400), std::tuple(Form::ellipsoid, 150, 300),
           std::tuple(Form::cylinder, 200, 400)}) {
         SCOPED_TRACE(static_cast<int>(form));
-        DrawnObject object;
+        test::Solid object;
         object.form = form;
         object.extents = {6.0, 6.0, 6.0};
-        object.world_from_object.translation = {240.0, 130.0, 30.0};
+        object.world_from_solid.translation = {240.0, 130.0, 30.0};
         if (form == Form::cylinder) {
-            object.world_from_object.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+            object.world_from_solid.rotation << 0, 0, 1, 1, 0, 0, 0, 1, 0;
         }
         const int covered =
             count_different(ground, draw(renderer, scene.mesh(), view_down(), {&object, 1}));
         EXPECT_GT(covered, least);
         EXPECT_LT(covered, most);
 
-        object.world_from_object.translation.z() = -60.0;
+        object.world_from_solid.translation.z() = -60.0;
         EXPECT_EQ(count_different(ground, draw(renderer, scene.mesh(), view_down(), {&object, 1})),
                   0);
     }
@@ -397,7 +381,7 @@ constexpr int kMiddle = kHeight / 2;
 class WaterTest : public test::PictureTest<kWidth, kHeight> {
 protected:
     Image draw(std::optional<double> water_level, const TerrainMesh& mesh, const View& view,
-               std::span<const DrawnObject> objects = {}) {
+               std::span<const test::Solid> objects = {}) {
         TerrainRenderer renderer = make({.sample_count = 1, .water_level = water_level});
         return test::draw(renderer, mesh, view, objects);
     }
@@ -436,8 +420,8 @@ TEST_F(WaterTest, ShowsOnlyWhereTheGroundIsLowerAndHidesItWithDepth) {
 
 TEST_F(WaterTest, BelowAllGroundLeavesThePicture) {
     const Scene scene = make_plane_scene(0.0, 0.1);
-    DrawnObject box;
-    box.world_from_object.translation = {256.0, 128.0, 1.0};
+    test::Solid box;
+    box.world_from_solid.translation = {256.0, 128.0, 1.0};
     EXPECT_EQ(count_different(draw(std::nullopt, scene.mesh(), view_down(), {&box, 1}),
                               draw(-100.0, scene.mesh(), view_down(), {&box, 1})),
               0);
@@ -446,9 +430,9 @@ TEST_F(WaterTest, BelowAllGroundLeavesThePicture) {
 TEST_F(WaterTest, CoversTheWetPartOfAnObjectAlone) {
     const Scene scene = make_plane_scene(-6.0);
     // a pole from 4 m below to 4 m above the water, seen level from 30 m: only it is in the middle column
-    DrawnObject pole;
+    test::Solid pole;
     pole.extents = {0.5, 0.5, 4.0};
-    pole.world_from_object.translation = {256.0, 128.0, 0.0};
+    pole.world_from_solid.translation = {256.0, 128.0, 0.0};
     const View view = *look_at({256.0, 98.0, 1.0}, {256.0, 128.0, 0.0}, 0.3, kWidth, kHeight);
     const Image dry = draw(std::nullopt, scene.mesh(), view, {&pole, 1});
     const Image wet = draw(0.0, scene.mesh(), view, {&pole, 1});

@@ -415,6 +415,28 @@ TEST_F(TextureTest, BumpsAreNormalsInTheFrameOfItsCoordinates) {
     }
 }
 
+TEST_F(TextureTest, IsShownInEveryKindOfLight) {
+    RendererSettings settings = settings_of();
+    settings.haze_distance = 60e3;
+    settings.atmosphere = true;
+    settings.smooth_edges = true;
+    settings.shadow_distance = 100.0;
+    settings.sun_radius = 0.005;
+    settings.water_level = -100.0;
+    settings.has_waves = true;
+    settings.ground_look.emplace();
+    TerrainRenderer renderer = make(settings);
+    MeshMaterial material;
+    material.colour_texture.image = image_of(1, 1, {{200, 40, 40, 255}});
+    material.normal_texture.image = image_of(1, 1, {{128, 128, 255, 255}});
+    material.roughness_metal_texture.image = image_of(1, 1, {{255, 255, 0, 255}});
+    // draw() checks that OpenGL has no errors
+    const Image image =
+        picture_of(renderer, renderer.add_mesh(square(), {}, material).value(), view_from_south());
+    const std::uint8_t* const middle = pixel(image, kWidth / 2, kHeight / 2);
+    EXPECT_GT(middle[0], 2 * middle[1]);
+}
+
 TEST_F(TextureTest, ATwoSidedOneIsLitFromTheSideOfTheEye) {
     TerrainRenderer renderer = make(settings_of());
     const View behind = look_at({0, 10, 0}, {0, 0, 0}, 0.24, kWidth, kHeight).value();

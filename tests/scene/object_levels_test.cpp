@@ -29,8 +29,10 @@ TEST(ObjectLevels, WithoutAnImpostorAreAllMeshes) {
     const ObjectLevels with = make_object_levels(rock).value();
     const ObjectLevels without = make_object_levels(rock, false).value();
     EXPECT_FALSE(without.model.impostor);
-    EXPECT_EQ(without.model.levels.size() + 1, with.model.levels.size());
-    EXPECT_EQ(without.triangles, with.triangles);
+    ASSERT_GE(without.triangles.size(), with.triangles.size());
+    for (std::size_t i = 0; i < with.triangles.size(); ++i)
+        EXPECT_EQ(without.triangles[i], with.triangles[i]);
+    EXPECT_LT(without.triangles.back().size(), 100u);
     for (const ObjectLevel& level : without.model.levels) EXPECT_FALSE(level.is_impostor);
 }
 
@@ -75,6 +77,66 @@ TEST(ObjectLevels, OfDegenerateDuplicatedAndDisconnectedTrianglesAreMade) {
     one.triangles = {{0, 1, 2}};
     const ObjectLevels levels = make_object_levels(one).value();
     EXPECT_EQ(levels.model.levels.size(), 1u) << "an impostor would have more triangles";
+}
+
+TEST(ObjectLevels, OfAnArtistHaveTheDistanceOfTheirSurfaces) {
+    // a ball of radius 1 + size, with 4^detail * 20 triangles
+    const auto ball = [](int detail, double size) {
+        TriangleMesh mesh = test::make_rock(detail, 1);
+        for (Eigen::Vector3d& p : mesh.positions) p = (1.0 + size) * p.normalized();
+        return mesh;
+    };
+    const std::vector<TriangleMesh> meshes{ball(4, 0.0), ball(3, 0.1), ball(1, 0.1)};
+    const ObjectLevels made = make_object_levels(meshes).value();
+    ASSERT_EQ(made.model.levels.size(), 4u);
+    EXPECT_EQ(made.model.levels[0].error_m, 0.0);
+    EXPECT_GE(made.model.levels[1].error_m, 0.1);
+    EXPECT_LT(made.model.levels[1].error_m, 0.11);
+    EXPECT_GE(made.model.levels[2].error_m, 2.0 * made.model.levels[1].error_m);
+    EXPECT_TRUE(made.model.levels[3].is_impostor);
+    EXPECT_GE(made.model.absence_error_m, 2.0 * made.model.levels[3].error_m);
+    std::size_t before = 0;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        ASSERT_EQ(made.triangles[i].size(), meshes[i].triangles.size());
+        for (std::size_t k = 0; k < meshes[i].triangles.size(); ++k) {
+            for (std::size_t corner = 0; corner < 3; ++corner) {
+                EXPECT_EQ(made.triangles[i][k][corner], before + meshes[i].triangles[k][corner]);
+            }
+        }
+        before += meshes[i].positions.size();
+    }
+    EXPECT_EQ(made.mesh.positions.size(), before);
+    EXPECT_TRUE(made.mesh.validate());
+    EXPECT_FALSE(make_object_levels(meshes, false).value().model.impostor);
+}
+
+TEST(ObjectLevels, OfAnArtistMayLackAttributesOfOthers) {
+    std::vector<TriangleMesh> meshes{test::make_rock(2, 1), test::make_rock(1, 1)};
+    for (TriangleMesh& mesh : meshes) mesh.colours.clear();
+    meshes[1].colours.assign(meshes[1].positions.size(), {1, 2, 3, 4});
+    meshes[0].materials.assign(meshes[0].positions.size(), 1);
+    const TriangleMesh all = make_object_levels(meshes).value().mesh;
+    ASSERT_TRUE(all.validate());
+    const std::size_t first = meshes[0].positions.size();
+    EXPECT_EQ(all.colours[0], (std::array<std::uint8_t, 4>{255, 255, 255, 255}));
+    EXPECT_EQ(all.colours[first], (std::array<std::uint8_t, 4>{1, 2, 3, 4}));
+    EXPECT_EQ(all.materials[0], 1);
+    EXPECT_EQ(all.materials[first], 0);
+}
+
+TEST(ObjectLevels, OfAnArtistAreRefusedByTheirNumber) {
+    const TriangleMesh fine = test::make_rock(2, 1), coarse = test::make_rock(1, 1);
+    const auto message = [](const std::vector<TriangleMesh>& meshes) {
+        const auto made = make_object_levels(meshes);
+        return made ? std::string() : made.error().message;
+    };
+    EXPECT_EQ(message({}), "level 0 is missing");
+    EXPECT_EQ(message({coarse, fine}),
+              "level 1 has 320 triangles, not fewer than the 80 of the level before");
+    EXPECT_EQ(message({fine, coarse, {}}), "level 2 has no triangles");
+    TriangleMesh bad = coarse;
+    bad.positions[3].x() = std::nan("");
+    EXPECT_EQ(message({fine, bad}).find("level 1 is invalid: "), 0u);
 }
 
 }  // namespace terrane::object_levels_test

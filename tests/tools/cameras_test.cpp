@@ -3,11 +3,14 @@
 
 #include "flight/flight_options.h"
 #include "support/grounds.h"
+#include "support/random.h"
 
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -64,13 +67,14 @@ const auto kFlat = [](double, double) { return 0.0; };
 
 WorldPos eye_after(const WorldPos& start, const Eigen::Vector3d& velocity, const Ground& ground) {
     const test::WaveHeights flat(ground.lattice(), 0.0, 100.0);
+    const World world = World::create({}).value();
     Pose pose;
     pose.translation = start;
     ChaseCamera camera(flat, pose);
     constexpr double kStep = 0.05;
     for (int i = 0; i < 60; ++i) {
         pose.translation += kStep * velocity;
-        camera.follow(pose, kStep, ground);
+        camera.follow(pose, kStep, ground, world);
     }
     return camera.view(View{}).eye_world;
 }
@@ -98,6 +102,153 @@ TEST(ChaseCamera, StaysAboveTheGroundOverAHall) {
     const Ground ground = test::make_test_ground(kFlat, {.solid = make_hall});
     const WorldPos eye = eye_after({60.0, 64.0, 1.0}, {8.0, 0.0, 0.0}, ground);
     EXPECT_GT(eye.z(), 0.5);
+}
+
+/// What a camera that follows a vehicle did.
+struct Followed {
+    int frames = 0, hidden = 0, in_body = 0;
+    double least_height = 1e9;  // of the eye above the ground, metres
+    double most_speed = 0.0;    // of the eye relative to the vehicle, m/s
+    double most_acceleration = 0.0, mean_distance = 0.0;
+};
+
+constexpr double kFrame = 1.0 / 60.0;
+
+/// Follows a pose, a function of the frame, for a number of frames; counts those in which bodies of `solid` or the
+/// ground hide the middle of the vehicle.
+template <class PoseAt>
+Followed follow(const PoseAt& pose_at, int frames, const HeightSource& source, const Ground& ground,
+                const World& avoided, const World& solid) {
+    ChaseCamera camera(source, pose_at(0));
+    Followed result;
+    WorldPos before = WorldPos::Zero();
+    Eigen::Vector3d velocity_before = Eigen::Vector3d::Zero();
+    for (int i = 1; i <= frames; ++i) {
+        const Pose pose = pose_at(i);
+        camera.follow(pose, kFrame, ground, avoided);
+        const WorldPos eye = camera.view(View{}).eye_world;
+        const WorldPos middle = pose.translation + Eigen::Vector3d(0.0, 0.0, 0.8);
+        ++result.frames;
+        result.hidden += solid.ray(ground, middle, eye).hit ? 1 : 0;
+        std::array<BodyId, 1> inside;
+        const QueryFilter bodies{.include_ground = false};
+        result.in_body +=
+            solid.overlaps(ground, Sphere{0.1}, {Eigen::Matrix3d::Identity(), eye}, inside, bodies)
+                        .touching_count > 0
+                ? 1
+                : 0;
+        result.least_height =
+            std::min(result.least_height, eye.z() - source.height(eye.x(), eye.y()));
+        result.mean_distance += (eye - middle).norm() / frames;
+        const WorldPos relative = eye - pose.translation;
+        const Eigen::Vector3d velocity = (relative - before) / kFrame;
+        if (i > 2) result.most_speed = std::max(result.most_speed, velocity.norm());
+        if (i > 3) {
+            result.most_acceleration =
+                std::max(result.most_acceleration, (velocity - velocity_before).norm() / kFrame);
+        }
+        velocity_before = velocity;
+        before = relative;
+    }
+    return result;
+}
+
+/// A pose at a place of a curve, looking along it, 0.75 m above the source.
+Pose pose_on(const HeightSource& source, const Eigen::Vector2d& place,
+             const Eigen::Vector2d& along) {
+    const Eigen::Vector2d ahead = along.normalized();
+    Pose pose;
+    pose.rotation << ahead.x(), -ahead.y(), 0.0, ahead.y(), ahead.x(), 0.0, 0.0, 0.0, 1.0;
+    pose.translation = {place.x(), place.y(), source.height(place.x(), place.y()) + 0.75};
+    return pose;
+}
+
+void add_static(World& world, const Shape& shape, const WorldPos& place) {
+    BodyPlacement placement;
+    placement.pose.translation = place;
+    ASSERT_TRUE(world.add({.shape = shape, .type = BodyType::static_body}, placement));
+}
+
+TEST(ChaseCamera, ComesInFrontOfAWallAndReturns) {
+    const Ground ground = test::make_test_ground(kFlat, {});
+    const test::WaveHeights flat(ground.lattice(), 0.0, 100.0);
+    World world = World::create({}).value();
+    // a wall across the way of the eye, with a gate for the vehicle
+    add_static(world, Box{{0.2, 20.0, 5.0}}, {40.0, 64.0 + 21.2, 5.0});
+    add_static(world, Box{{0.2, 20.0, 5.0}}, {40.0, 64.0 - 21.2, 5.0});
+    add_static(world, Box{{0.2, 1.2, 1.2}}, {40.0, 64.0, 3.8});
+    const auto pose_at = [&](int frame) {
+        return pose_on(flat, {25.0 + 6.0 * kFrame * frame, 64.0}, {1.0, 0.0});
+    };
+    const World empty = World::create({}).value();
+    const Followed unaware = follow(pose_at, 600, flat, ground, empty, world);
+    EXPECT_GT(unaware.hidden, 60);
+    const Followed aware = follow(pose_at, 600, flat, ground, world, world);
+    EXPECT_LT(aware.hidden, 12);
+    EXPECT_LE(aware.in_body, 6);
+    // from rest to rest over 8.7 m with 50 m/s^2
+    EXPECT_LT(aware.most_speed, 21.0);
+    EXPECT_LT(aware.most_acceleration, 70.0);
+    // at rest behind the open, it is where it is without a wall
+    ChaseCamera camera(flat, pose_at(600)), free(flat, pose_at(600));
+    for (int i = 0; i < 60; ++i) {
+        camera.follow(pose_at(600), kFrame, ground, world);
+        free.follow(pose_at(600), kFrame, ground, empty);
+    }
+    EXPECT_EQ(camera.view(View{}).eye_world, free.view(View{}).eye_world);
+}
+
+TEST(ChaseCamera, SeesItsTargetThroughAForest) {
+    const Ground ground = test::make_test_ground(kFlat, {.spacing = 4.0});
+    const test::WaveHeights flat(ground.lattice(), 0.0, 100.0);
+    World forest = World::create({}).value();
+    const auto place_at = [](double along) {
+        return Eigen::Vector2d(40.0 + along, 250.0 + 12.0 * std::sin(along / 18.0));
+    };
+    test::Random random(3);
+    // crowns that reach over the track at the height of the eye, with room for the vehicle below them
+    for (int i = 0; i < 1000; ++i) {
+        const Eigen::Vector2d place(random.between(20.0, 490.0), random.between(225.0, 275.0));
+        double nearest = 1e9;
+        for (double along = -20.0; along < 450.0; along += 0.5)
+            nearest = std::min(nearest, (place_at(along) - place).norm());
+        if (nearest < 1.5) continue;
+        add_static(forest, Capsule{0.25, 4.0}, {place.x(), place.y(), 4.0});
+        add_static(forest, Sphere{2.4}, {place.x(), place.y(), 4.5});
+    }
+    const auto pose_at = [&](int frame) {
+        const double along = 8.0 * kFrame * frame;
+        return pose_on(flat, place_at(along), place_at(along + 0.1) - place_at(along));
+    };
+    const World empty = World::create({}).value();
+    const Followed unaware = follow(pose_at, 2900, flat, ground, empty, forest);
+    const Followed aware = follow(pose_at, 2900, flat, ground, forest, forest);
+    RecordProperty("hidden_unaware", unaware.hidden);
+    RecordProperty("hidden_aware", aware.hidden);
+    EXPECT_GT(unaware.hidden, 290);
+    EXPECT_LT(aware.hidden, 30);
+    EXPECT_LT(aware.in_body, 15);
+    EXPECT_GT(aware.least_height, 0.5);
+    EXPECT_LT(aware.most_speed, 25.0);
+    EXPECT_LT(aware.most_acceleration, 70.0);
+    EXPECT_GT(aware.mean_distance, 6.0);
+}
+
+TEST(ChaseCamera, LooksOverCrests) {
+    const Ground chunk = test::make_test_ground(kFlat, {.spacing = 4.0});
+    const test::WaveHeights hills(chunk.lattice(), 4.0, 60.0);
+    const Ground ground = test::make_test_ground(
+        [&](double x, double y) { return hills.height(x, y); }, {.spacing = 0.5, .roots = 8});
+    const auto pose_at = [&](int frame) {
+        return pose_on(hills, {40.0 + 8.0 * kFrame * frame, 60.0 + 4.0 * kFrame * frame},
+                       {2.0, 1.0});
+    };
+    const World empty = World::create({}).value();
+    const Followed seen = follow(pose_at, 2700, hills, ground, empty, empty);
+    EXPECT_EQ(seen.hidden, 0);
+    EXPECT_GT(seen.least_height, 0.5);
+    EXPECT_LT(seen.most_speed, 15.0);
+    EXPECT_LT(seen.most_acceleration, 80.0);
 }
 
 }  // namespace chase_camera_test

@@ -226,7 +226,7 @@ protected:
         context_.emplace(*std::move(context));
     }
     Image draw(TerrainRenderer& renderer, const View& view, const SceneDraws& draws) {
-        EXPECT_TRUE(renderer.draw({}, view, {}, draws));
+        EXPECT_TRUE(renderer.draw({}, view, draws));
         return renderer.read();
     }
     // The finest level alone.

@@ -3,13 +3,16 @@
 
 #include "frames/object_field.h"
 
+#include <terrane/render/offscreen.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <tuple>
@@ -83,6 +86,72 @@ TEST(ReadNodes, AreShownByTheFieldOnTheGround) {
         read(R"([{"position":[1e9,0,0],"on_ground":true}])").value(), *source, nullptr);
     ASSERT_FALSE(nowhere);
     EXPECT_EQ(nowhere.error().message, "nodes[0]: there is no ground at x 1e+09 m, y 0 m");
+}
+
+TEST(ReadNodes, ASpriteIsAPictureBelowABillboard) {
+    const std::string name = "sprite_" + std::to_string(getpid()) + ".png";
+    const auto path = std::filesystem::temp_directory_path() / name;
+    ASSERT_TRUE(write_png({.width = 1, .height = 1, .rgb = {255, 128, 0}}, path.string()));
+    const auto read_sprite = [&](const std::string& sprite) {
+        return read_nodes(
+            nlohmann::ordered_json::parse(R"([{"position":[1,2,3],"sprite":)" + sprite + "}]"),
+            path.parent_path().string());
+    };
+    const std::string image = R"({"image":")" + name + '"';
+    for (const char* axis : {"up", "screen"}) {
+        const auto nodes =
+            read_sprite(image + R"(,"size_m":[2,4],"axis":")" + std::string(axis) + R"("})");
+        ASSERT_TRUE(nodes) << nodes.error();
+        ASSERT_EQ(nodes->nodes.size(), 2u);
+        const auto* board = std::get_if<BillboardNode>(&nodes->nodes[0].content);
+        ASSERT_NE(board, nullptr);
+        EXPECT_EQ(board->axis == BillboardNode::Axis::up, axis == std::string("up"));
+        EXPECT_EQ(nodes->nodes[1].parent, 0u);
+        ASSERT_EQ(nodes->materials[0].size(), 1u);
+        EXPECT_EQ(nodes->materials[0][0].colour_texture.image->width, 1);
+        const Aabb box = bounding_box(nodes->meshes[0].positions);
+        const Eigen::Vector3d size = box.high - box.low;
+        EXPECT_EQ(size,
+                  axis == std::string("up") ? Eigen::Vector3d(0, 2, 4) : Eigen::Vector3d(2, 4, 0));
+    }
+    EXPECT_EQ(read_sprite(image + R"(,"size_m":[2,0]})").error(),
+              "nodes[0].sprite.size_m must be above 0 and at most 1e4 m, got [2,0]");
+    EXPECT_EQ(read_sprite(image + "}").error(), "nodes[0].sprite.size_m is missing");
+    EXPECT_EQ(read_sprite(R"({"size_m":[1,1]})").error(), "nodes[0].sprite.image must be a file");
+    EXPECT_EQ(read_sprite("3").error().find("nodes[0].sprite"), 0u);
+    EXPECT_EQ(read_sprite(image + R"(,"size_m":[1,1],"axis":"left"})").error(),
+              "nodes[0].sprite.axis must be screen or up, got \"left\"");
+    EXPECT_EQ(read_sprite(R"({"image":"../x.png","size_m":[1,1]})")
+                  .error()
+                  .find("nodes[0].sprite.image '../x.png': "),
+              0u);
+    std::filesystem::remove(path);
+}
+
+TEST(ReadNodes, TakeTheLevelsOfAnArtist) {
+    const auto nodes = read(
+        R"([{"position":[0,0,0],"mesh":"linden.obj","levels":["linden_far.obj"]},
+            {"position":[9,0,0],"mesh":"linden.obj"}])");
+    ASSERT_TRUE(nodes) << nodes.error();
+    ASSERT_EQ(nodes->meshes.size(), 2u) << "with levels and without";
+    ASSERT_EQ(nodes->coarser[0].size(), 1u);
+    EXPECT_TRUE(nodes->coarser[1].empty());
+    EXPECT_LT(nodes->coarser[0][0].triangles.size(), nodes->meshes[0].triangles.size());
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"mesh":"linden.obj","levels":"far.obj"}])"),
+              "nodes[0].levels must be a list of files, got \"far.obj\"");
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"mesh":"linden.obj","levels":["none.obj"]}])")
+                  .find("nodes[0].levels[0]: "),
+              0u);
+    EXPECT_EQ(error_of(R"([{"position":[0,0,0],"sphere":{"radius":1},"levels":[]}])"),
+              "nodes[0].levels goes with mesh");
+    // levels that are not coarser are refused when their field is made
+    const auto source = FractalHeights::create({.seed = 5}).value();
+    ObjectField field = ObjectField::create(source, {}, {}, nullptr).value();
+    const Result<void> added = field.add_nodes(
+        read(R"([{"position":[0,0,0],"mesh":"linden_far.obj","levels":["linden.obj"]}])").value(),
+        *source, nullptr);
+    ASSERT_FALSE(added);
+    EXPECT_NE(added.error().message.find("linden_far.obj: level 1 has "), std::string::npos);
 }
 
 TEST(ReadNodes, NameWhatTheyRefuse) {

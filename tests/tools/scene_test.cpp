@@ -61,11 +61,33 @@ TEST(ParseScene, TakesTheSettingsOfATerrain) {
     EXPECT_EQ(scene->seed, 7u);
     EXPECT_EQ(scene->detail_m, 0.5);
     EXPECT_EQ(scene->fractal, FractalKind::warped);
-    EXPECT_EQ(scene->water_m, -2.5);
+    ASSERT_TRUE(scene->water);
+    EXPECT_EQ(scene->water->level, -2.5);
+    EXPECT_EQ(scene->water->has_waves, std::nullopt);
     const auto other = parse_scene(R"({"dem":"a.tif"})", "one.json");
     ASSERT_TRUE(other) << other.error().message;
     EXPECT_EQ(other->seed, std::nullopt);
-    EXPECT_EQ(other->water_m, std::nullopt);
+    EXPECT_FALSE(other->water);
+    EXPECT_FALSE(other->materials);
+}
+
+TEST(ParseScene, TakesTheMaterialsOfTheGroundAndWater) {
+    const auto scene = parse_scene(
+        R"({"seed":1,"materials":{"palette":"desert","snow_line_m":1800,"rock_slope":0.7,
+            "occlusion":0.25},"water":{"level_m":3,"waves":false}})",
+        "one.json");
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_TRUE(scene->materials);
+    EXPECT_EQ(scene->materials->palette, GroundPalette::desert);
+    EXPECT_EQ(scene->materials->snow_line, 1800.0);
+    EXPECT_EQ(scene->materials->rock_slope, 0.7);
+    EXPECT_EQ(scene->materials->occlusion, 0.25);
+    EXPECT_EQ(scene->water->level, 3.0);
+    EXPECT_EQ(scene->water->has_waves, false);
+    const auto bare = parse_scene(R"({"seed":1,"materials":{}})", "one.json");
+    ASSERT_TRUE(bare) << bare.error().message;
+    EXPECT_TRUE(bare->materials);
+    EXPECT_EQ(bare->materials->palette, std::nullopt);
 }
 
 TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
@@ -83,6 +105,14 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
              {R"({"seed":1,"imagery":{"file":"a.tif","percentiles":"2"}})", "imagery.percentiles"},
              {R"({"seed":1,"imagery":{"file":"a.tif","gamma":11}})", "imagery.gamma"},
              {R"({"seed":1,"water_m":"deep"})", "water_m must be a number"},
+             {R"({"seed":1,"water_m":1e10})", "water_m must be a number within 1e9"},
+             {R"({"seed":1,"water_m":1,"water":{"level_m":1}})", "exclude each other"},
+             {R"({"seed":1,"water":{"waves":true}})", "water.level_m is missing"},
+             {R"({"seed":1,"water":{"level_m":1,"waves":1}})", "water.waves must be true or false"},
+             {R"({"seed":1,"water":{"level":1}})", "'water.level'"},
+             {R"({"seed":1,"materials":{"palette":"mars"}})", "temperate, desert, moon"},
+             {R"({"seed":1,"materials":{"rock_slope":-1}})", "materials.rock_slope"},
+             {R"({"seed":1,"materials":{"snow":1}})", "'materials.snow'"},
              {R"({"dem":"a.tif","height_unit":7})", "height_unit must be a unit, got 7"},
              {R"({"dem":"a.tif","height_scale":0})", "height_scale"},
              {R"({"dem":"a.tif","nodata":["x"]})", "nodata"},

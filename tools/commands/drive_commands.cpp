@@ -5,9 +5,13 @@
 #include "program/summary.h"
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <numbers>
+#include <optional>
 #include <utility>
 
 namespace terrane::tools {
@@ -17,7 +21,43 @@ constexpr double kUsualSpeed = 12.0;                       // m/s
 constexpr double kLeastSpeed = 0.1, kGreatestSpeed = 1e3;  // m/s, range of PathDriver
 constexpr double kTruckHalfLength = 2.3;                   // metres; the camera's defaults fit it
 
+/// Flags of the camera that follows a vehicle or character.
+struct CameraOptions {
+    std::optional<WorldVec2> place_m = {};  ///< behind the target and above its centre
+    double bearing_deg = 0.0;
+
+    ChaseCameraSettings settings(ChaseCameraSettings usual) const {
+        if (place_m) {
+            usual.behind = place_m->x();
+            usual.above = place_m->y();
+            usual.target_above = std::min(usual.target_above, usual.above);
+        }
+        usual.bearing = bearing_deg * std::numbers::pi / 180.0;
+        return usual;
+    }
+};
+
+CommandResult<void> check(const CameraOptions& camera) {
+    constexpr double kNearest = 0.5, kFarthest = 1e4;  // metres
+    const std::optional<WorldVec2>& place = camera.place_m;
+    if (!place ||
+        (place->x() >= kNearest && place->x() <= kFarthest && std::abs(place->y()) <= kFarthest))
+        return {};
+    return usage_error(fmt::format(
+        "--camera-m must be 0.5 to 1e4 m behind and within 1e4 m above, got {:.10g},{:.10g}",
+        place->x(), place->y()));
+}
+
+void add_camera_options(CLI::App& app, CameraOptions& camera) {
+    add_place(app, "--camera-m", camera.place_m,
+              "Place of the camera: metres behind the middle of what it follows, and above it")
+        ->type_name("BEHIND,ABOVE");
+    add_in_range(app, "--camera-deg", camera.bearing_deg, -360.0, 360.0,
+                 "Bearing of the camera, degrees clockwise from behind: 90 is on the left side");
+}
+
 struct DriveOptions : FlightOptions {
+    CameraOptions camera = {};
     VehicleKind vehicle = VehicleKind::truck;
     std::size_t crates = 0;
     OnRoll on_roll = OnRoll::stop;
@@ -26,6 +66,7 @@ struct DriveOptions : FlightOptions {
 
 CommandResult<void> run_drive(const DriveOptions& options) {
     TERRANE_TRY(check(options));
+    TERRANE_TRY(check(options.camera));
     TERRANE_TRY(check_drivable(options.path));
     TerrainOptions wanted = options.terrain;
     if (options.ruts) wanted.dig_spacing = kRutSpacing;
@@ -48,15 +89,15 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     if (ruts) vehicle.set_ruts(*ruts);
     ChaseCameraSettings camera;
     camera.behind += 2.0 * (settings.chassis_half_extents.x() - kTruckHalfLength);
-    TERRANE_TRY(Journey drive,
-                Journey::create(options, terrain, plan, options.crates, camera, vehicle));
+    TERRANE_TRY(Journey drive, Journey::create(options, terrain, plan, options.crates,
+                                               options.camera.settings(camera), vehicle));
     TERRANE_TRY(FrameMaker maker,
                 FrameMaker::create(terrain.source, frame_maker_settings(options)));
     TERRANE_TRY(FlightOutput output,
                 FlightOutput::create(options, terrain, Journey::columns(vehicle)));
-    TERRANE_TRY(output.add_objects(terrain, maker));
+    TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
 
-    TERRANE_TRY(drive.play(maker, output));
+    TERRANE_TRY(drive.play(maker, output, nodes));
     nlohmann::ordered_json summary;
     summary["vehicle"] = vehicle_names()[static_cast<std::size_t>(options.vehicle)];
     summary.update(summarize(drive.totals()));
@@ -112,8 +153,10 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
                  "How long at most; 20 without it, or as long as the track");
     add_vehicle_options(*drive, *options);
     add_crates_option(*drive, options->crates);
+    add_camera_options(*drive, options->camera);
     add_flight_options(*drive, *options,
-                       {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "water_m"});
+                       {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials",
+                        "water", "water_m"});
     drive->footer(
         "Waits for ground before the first frame only: a vehicle whose ground is late is parked\n"
         "until it is there, and that is counted. The bodies of a --scene are in its way. A path\n"
@@ -131,27 +174,31 @@ constexpr double kWalkedSlope = 0.8;                       // of 1.18 that it ca
 constexpr double kLeastWalk = 0.1, kGreatestWalk = 100.0;  // m/s
 
 struct WalkOptions : FlightOptions {
+    CameraOptions camera = {};
     std::size_t crates = 0;
 };
 
 CommandResult<void> run_walk(const WalkOptions& options) {
     TERRANE_TRY(check(options));
+    TERRANE_TRY(check(options.camera));
     TERRANE_TRY(check_drivable(options.path));
     TERRANE_TRY(const Terrain terrain, open_terrain(options.terrain));
     TERRANE_TRY(check_limits(options, terrain));
     TERRANE_TRY(const DrivePlan plan,
                 make_drive_plan(options, terrain, kUsualWalk, {.max_slope = kWalkedSlope}));
     CharacterTraveller character({}, plan.path, plan.speed, *terrain.source);
-    TERRANE_TRY(Journey walk,
-                Journey::create(options, terrain, plan, options.crates,
-                                {.behind = 6.0, .above = 1.8, .target_above = 0.5}, character));
+    TERRANE_TRY(
+        Journey walk,
+        Journey::create(options, terrain, plan, options.crates,
+                        options.camera.settings({.behind = 6.0, .above = 1.8, .target_above = 0.5}),
+                        character));
     TERRANE_TRY(FrameMaker maker,
                 FrameMaker::create(terrain.source, frame_maker_settings(options)));
     TERRANE_TRY(FlightOutput output,
                 FlightOutput::create(options, terrain, Journey::columns(character)));
-    TERRANE_TRY(output.add_objects(terrain, maker));
+    TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
 
-    TERRANE_TRY(walk.play(maker, output));
+    TERRANE_TRY(walk.play(maker, output, nodes));
     nlohmann::ordered_json summary = summarize(walk.totals());
     summary.update(summarize(character.progress()));
     summary.update(summarize(output.frames(), options.memory_bytes(), options.fps));
@@ -180,8 +227,10 @@ void add_walk_command(CLI::App& app, CommandContext& context) {
     add_positive(*walk, "--seconds", options->seconds,
                  "How long at most; 20 without it, or as long as the track");
     add_crates_option(*walk, options->crates);
+    add_camera_options(*walk, options->camera);
     add_flight_options(*walk, *options,
-                       {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "water_m"});
+                       {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials",
+                        "water", "water_m"});
     walk->footer(
         "The character pushes crates that it can move, climbs steps, and walks around what stops\n"
         "it. The bodies of a --scene are in its way too. A path that starts or leads where there\n"

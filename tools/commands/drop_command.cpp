@@ -19,6 +19,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -26,6 +27,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -48,6 +50,11 @@ public:
     static Result<DropFilm> create(const FlightOptions& options, const Terrain& terrain,
                                    const World& world);
 
+    /// Shows a mesh file for all bodies of a shape: see BodyNodes::set_mesh().
+    void set_mesh(const Shape& shape, const std::string& path, double scale) {
+        nodes_.set_mesh(shape, path, scale);
+    }
+
     /// Makes the frames due up to `time` (seconds from the start) with the current poses. Fails with io.
     Result<void> show(const World& world, const StepReport& report, double time);
 
@@ -55,14 +62,15 @@ public:
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
 
 private:
-    DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
-             DropCamera camera);
+    DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output, BodyNodes nodes,
+             DropCamera camera, const Terrain& terrain);
 
     FlightOptions options_;
     FrameMaker maker_;
     FlightOutput output_;
+    BodyNodes nodes_;
     DropCamera camera_;
-    std::vector<DrawnObject> objects_;
+    std::set<std::array<double, 3>> fixed_;  // positions of the static bodies of the scene
 };
 
 Result<World> restore_world(const std::string& path, int worker_count) {
@@ -90,23 +98,35 @@ namespace {
 
 const std::vector<std::string> kColumns{"awake", "touching_pairs", "depth_m"};
 
+std::array<double, 3> place_of(const BodyState& state) {
+    const WorldPos& p = state.pose.translation;
+    return {p.x(), p.y(), p.z()};
+}
+
 }  // namespace
 
 DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
-                   DropCamera camera)
+                   BodyNodes nodes, DropCamera camera, const Terrain& terrain)
     : options_(options),
       maker_(std::move(maker)),
       output_(std::move(output)),
-      camera_(std::move(camera)) {}
+      nodes_(std::move(nodes)),
+      camera_(std::move(camera)) {
+    for (const PlacedBody& body : terrain.bodies) {
+        if (body.settings.type == BodyType::static_body) fixed_.insert(place_of(body.state));
+    }
+}
 
 Result<DropFilm> DropFilm::create(const FlightOptions& options, const Terrain& terrain,
                                   const World& world) {
     TERRANE_TRY(FrameMaker maker,
                 FrameMaker::create(terrain.source, frame_maker_settings(options)));
     TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain, kColumns));
+    TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
     DropCamera camera(terrain.source, world.states());
     maker.load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
-    return DropFilm(options, std::move(maker), std::move(output), std::move(camera));
+    return DropFilm(options, std::move(maker), std::move(output), std::move(nodes),
+                    std::move(camera), terrain);
 }
 
 Result<void> DropFilm::show(const World& world, const StepReport& report, double time) {
@@ -116,14 +136,17 @@ Result<void> DropFilm::show(const World& world, const StepReport& report, double
         if (due > time) return {};
         if (due > 0.0) camera_.follow(world.states(), 1.0 / options_.fps);
         const View view = camera_.view(picture);
+        for (std::size_t body = 0; body < world.states().size(); ++body) {
+            const BodyState& state = world.states()[body];
+            // the other static bodies stand for objects of the scene, which are drawn themselves
+            if (state.condition == BodyCondition::fixed && !fixed_.contains(place_of(state)))
+                continue;
+            TERRANE_TRY(nodes_.show(body, world.settings()[body].shape, state));
+        }
         MadeFrame frame = maker_.make({.view = view, .velocity = camera_.velocity()}, {}, due);
         frame.record.extra = {static_cast<double>(report.awake),
                               static_cast<double>(report.touching_pairs), report.max_depth_m};
-        objects_.clear();
-        for (std::size_t body = 0; body < world.states().size(); ++body) {
-            add_objects(world.settings()[body].shape, world.states()[body], objects_);
-        }
-        TERRANE_TRY(output_.add(std::move(frame), view, objects_));
+        TERRANE_TRY(output_.add(std::move(frame), view));
     }
 }
 
@@ -349,6 +372,8 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     if (!options.film.out.empty()) {
         TERRANE_TRY(DropFilm made, DropFilm::create(options.film, terrain, world));
         film.emplace(std::move(made));
+        const DropLayout& layout = with_seed.layout;
+        if (layout.file_shape) film->set_mesh(*layout.file_shape, options.shape_file, layout.scale);
     }
     TERRANE_TRY(const DropTotals totals,
                 simulate(options, terrain, objects, pager, world, trace ? &*trace : nullptr,
@@ -401,7 +426,8 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
         "Drops bodies onto the ground around --start-m, among those of the scene, and "
         "counts what goes wrong");
     add_terrain_options(*drop, options->terrain,
-                        {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "water_m"});
+                        {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials",
+                         "water", "water_m"});
     const std::vector<std::string> shapes{"sphere", "capsule", "box", "hull", "compound", "mixed"};
     drop->add_option_function<std::string>(
             "--shape",

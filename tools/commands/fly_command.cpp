@@ -49,24 +49,24 @@ std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const 
                                          kMegabyte * bandwidth);
 }
 
-// The bodies of a scene, at their start.
-std::vector<DrawnObject> solids_of(std::span<const PlacedBody> bodies) {
-    std::vector<DrawnObject> solids;
-    for (const PlacedBody& body : bodies) {
+// Shows the objects of a terrain's scene, and its bodies at their start.
+Result<void> add_scene(const Terrain& terrain, FrameMaker& maker, FlightOutput& output) {
+    if (terrain.bodies.empty()) return output.add_objects(terrain, maker);
+    TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
+    for (std::size_t i = 0; i < terrain.bodies.size(); ++i) {
+        const PlacedBody& body = terrain.bodies[i];
         BodyState state = body.state;
         if (body.settings.type == BodyType::static_body) state.condition = BodyCondition::fixed;
-        add_objects(body.settings.shape, state, solids);
+        TERRANE_TRY(nodes.show(i, body.settings.shape, state));
     }
-    return solids;
+    return {};
 }
 
 // Plays the flight: frame i shows time i / fps. Loaders run in real time.
 //
-// @param bodies  drawn in every frame
 // @param storage null without simulated storage
 Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t frame_count,
-                 std::span<const DrawnObject> bodies, SlowHeights* storage, FrameMaker& maker,
-                 FlightOutput& output) {
+                 SlowHeights* storage, FrameMaker& maker, FlightOutput& output) {
     Progress progress("flying");
     std::vector<CameraMoment> future;
     if (options.policy == PagingChoice::oracle) future = camera_trajectory(path_moments(path), 0.0);
@@ -88,7 +88,7 @@ Result<void> fly(const FlyOptions& options, const CameraPath& path, std::size_t 
             .view = view,
             .velocity = pose.velocity,
             .trajectory = trajectory_ahead(std::span<const CameraMoment>(future), time, horizon)};
-        TERRANE_TRY(output.add(maker.make(camera, {}, time), view, bodies));
+        TERRANE_TRY(output.add(maker.make(camera, {}, time), view));
         const FrameRecord& record = output.frames().back();
         maker.add_frame_time(record);
         if (output.is_closed()) break;
@@ -128,7 +128,7 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
                         : CommandResult<std::shared_ptr<const HeightSource>>(terrain.source));
     TERRANE_TRY(FrameMaker maker, FrameMaker::create(source, frame_maker_settings(options)));
     TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain));
-    TERRANE_TRY(output.add_objects(terrain, maker));
+    TERRANE_TRY(add_scene(terrain, maker, output));
     if (!std::isnan(options.frame_ms)) {
         TERRANE_TRY(
             const FrameGovernor governor,
@@ -139,8 +139,7 @@ CommandResult<void> run_fly(const FlyOptions& options, const CLI::App& command) 
         maker.set_governor(governor);
     }
 
-    if (const Result<void> flown = fly(options, path, frame_count, solids_of(terrain.bodies),
-                                       storage.get(), maker, output);
+    if (const Result<void> flown = fly(options, path, frame_count, storage.get(), maker, output);
         !flown) {
         return pass_on(flown.error());
     }
@@ -173,8 +172,9 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
                  "Metres above the smoothed ground; 200 without it, or a track's own heights");
     add_positive(*fly, "--seconds", options->seconds, "How long; 20 without it, or all of a track");
     add_not_negative(*fly, "--start-s", options->start, "Seconds of a track to leave out");
-    add_flight_options(*fly, *options,
-                       {"bodies", "volumes", "objects", "nodes", "imagery", "water_m"});
+    add_flight_options(
+        *fly, *options,
+        {"bodies", "volumes", "objects", "nodes", "imagery", "materials", "water", "water_m"});
     add_paging_choice(*fly, options->policy, options->radius);
     add_in_range(*fly, "--latency-ms", options->latency_ms, 0.0, 1e6,
                  "Storage that takes so long to begin to answer, in real time: see --realtime");

@@ -3,7 +3,6 @@
 
 #include "flight/flight_options.h"
 #include "flight/path_ground.h"
-#include "flight/pictures.h"
 #include "program/progress.h"
 
 #include <terrane/playback/camera_path.h>
@@ -84,10 +83,10 @@ constexpr double kLongestStep = 1.0 / 60.0;  // seconds
 constexpr int kStepsToRest = 90;
 constexpr double kFreeAtStart = 3.0;  // metres between the traveller's start and crates
 
-/// Wood, in one of several shades.
-Colour crate_colour(std::size_t index) {
+/// One of several shades of wood.
+Tint crate_tint(std::size_t index) {
     const float shade = 0.8f + 0.1f * static_cast<float>(index % 4);
-    return {0.72f * shade, 0.53f * shade, 0.30f * shade};
+    return {shade, shade, shade};
 }
 
 }  // namespace
@@ -201,30 +200,31 @@ CommandResult<void> Journey::advance(const Ground& ground, double dt) {
             totals_.distance_m += (state.pose.translation - before).norm();
         }
         count_touched();
-        camera_->follow(traveller_.pose(world_), dt / steps, ground);
+        camera_->follow(traveller_.pose(world_), dt / steps, ground, world_, body_);
         traveller_.react(world_, ground, dt / steps);
     }
     return {};
 }
 
-void Journey::draw() {
-    objects_.clear();
-    traveller_.draw(world_, objects_);
+Result<void> Journey::show(BodyNodes& nodes) const {
+    TERRANE_TRY(traveller_.show(world_, nodes));
     for (std::size_t i = 0; i < crate_ids_.size(); ++i) {
         const std::uint32_t index = crate_ids_[i].index;
-        add_objects(world_.settings()[index].shape, world_.states()[index].pose, crate_colour(i),
-                    objects_);
+        BodyState state = world_.states()[index];
+        // crates that wake and sleep would flicker
+        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
+        TERRANE_TRY(nodes.show(index, world_.settings()[index].shape, state, crate_tint(i)));
     }
     for (const BodyId id : scene_ids_) {
         const std::uint32_t index = id.index;
         BodyState state = world_.states()[index];
-        // avoids flicker of bodies that wake and sleep
         if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        add_objects(world_.settings()[index].shape, state, objects_);
+        TERRANE_TRY(nodes.show(index, world_.settings()[index].shape, state));
     }
+    return {};
 }
 
-CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
+CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output, BodyNodes& nodes) {
     Progress progress("driving");
     const View picture = make_view(options_.size, options_.fov_deg);
     std::vector<BodyNeed> needs = crate_needs(crates_, *terrain_.source);
@@ -243,6 +243,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
         }
         const View view = camera_->view(picture);
         traveller_.change_ground(world_, maker.pager());
+        TERRANE_TRY(show(nodes));
         MadeFrame frame =
             maker.make({.view = view, .velocity = camera_->velocity()}, world_.needs(), time);
         const BodyState& body = world_.state(body_);
@@ -251,8 +252,7 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output) {
                               place.z()};
         const std::vector<double> figures = traveller_.figures(world_);
         frame.record.extra.insert(frame.record.extra.end(), figures.begin(), figures.end());
-        draw();
-        TERRANE_TRY(output.add(std::move(frame), view, objects_));
+        TERRANE_TRY(output.add(std::move(frame), view));
         if (output.is_closed() || traveller_.has_ended(world_)) break;
         TERRANE_TRY(advance(ground_of(maker), 1.0 / options_.fps));
     }

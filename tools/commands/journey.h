@@ -63,7 +63,7 @@ public:
 
     /// Loads the first ground, places the traveller and the crates on it, simulates 1.5 s until they rest, adds the
     /// bodies of the scene, and plays the frames.
-    CommandResult<void> play(FrameMaker& maker, FlightOutput& output);
+    CommandResult<void> play(FrameMaker& maker, FlightOutput& output, BodyNodes& nodes);
 
     const JourneyTotals& totals() const { return totals_; }
 
@@ -77,7 +77,7 @@ private:
     CommandResult<void> advance(const Ground& ground, double dt);
     void step(const Ground& ground, double dt);
     void count_touched();
-    void draw();
+    Result<void> show(BodyNodes& nodes) const;
 
     const FlightOptions& options_;
     const Terrain& terrain_;
@@ -96,7 +96,6 @@ private:
     JourneyTotals totals_;
     StepReport last_;
     std::vector<BodyId> supports_;
-    std::vector<DrawnObject> objects_;
 };
 
 /// The summary's keys common to drives and walks.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "commands/travellers.h"
 
-#include "flight/pictures.h"
 #include "scene/scene_bodies.h"
 
 #include <terrane/collision/ground_queries.h>
@@ -147,8 +146,8 @@ std::vector<double> VehicleTraveller::figures(const World& world) const {
     return {static_cast<double>(wheels_in_contact(state(world))), tilt_deg(state(world))};
 }
 
-void VehicleTraveller::draw(const World& world, std::vector<DrawnObject>& objects) const {
-    add_vehicle_objects(settings_, state(world), objects);
+Result<void> VehicleTraveller::show(const World& world, BodyNodes& nodes) const {
+    return nodes.show(settings_, state(world));
 }
 
 Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
@@ -220,8 +219,6 @@ constexpr double kPassed = 3.0;          // metres beyond an obstacle that count
 constexpr double kDetourTurn = 1.6;      // radians off the path, away from the obstacle
 constexpr double kTurnTime = 0.3;        // time constant of the drawn heading, seconds
 constexpr double kClearance = 0.02;      // metres above the ground at the start
-constexpr Colour kCoat{0.20f, 0.35f, 0.65f};
-constexpr Colour kFace{0.88f, 0.72f, 0.58f};
 
 Capsule capsule_of(const CharacterSettings& settings) {
     return {.radius = settings.radius, .half_height = settings.half_height};
@@ -295,6 +292,7 @@ void CharacterTraveller::control(World& world, bool goes, double) {
 }
 
 void CharacterTraveller::react(World& world, const Ground&, double dt) {
+    if (state(world).stands) walked_ += dt * state(world).body.velocity.head<2>().norm();
     const Eigen::Vector2d here = state(world).body.pose.translation.head<2>();
     double nearest = along_;
     for (double ahead = along_; ahead <= along_ + kSearch; ahead += kSearchStep) {
@@ -344,14 +342,9 @@ std::vector<double> CharacterTraveller::figures(const World& world) const {
     return {state(world).stands ? 1.0 : 0.0};
 }
 
-void CharacterTraveller::draw(const World& world, std::vector<DrawnObject>& objects) const {
-    const Pose at = pose(world);
-    add_objects(Shape(capsule_of(settings_)), at, kCoat, objects);
-    const double r = settings_.radius;
-    objects.push_back({DrawnObject::Form::ellipsoid,
-                       {at.rotation, at * Eigen::Vector3d(0.35 * r, 0.0, settings_.half_height)},
-                       Eigen::Vector3d(0.8 * r, 0.7 * r, 0.7 * r),
-                       kFace});
+Result<void> CharacterTraveller::show(const World& world, BodyNodes& nodes) const {
+    const double speed = state(world).body.velocity.head<2>().norm();
+    return nodes.show(settings_, pose(world), walked_, speed);
 }
 
 }  // namespace terrane::tools

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "frames/body_nodes.h"
 #include "program/geometry.h"
 #include "scene/wheel_ruts.h"
 
 #include <terrane/collision/vehicle.h>
 #include <terrane/collision/world.h>
 #include <terrane/playback/camera_path.h>
-#include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/pager.h>
 
@@ -60,8 +60,8 @@ public:
     /// Names and values of additional columns of frames.csv.
     virtual std::vector<std::string> columns() const = 0;
     virtual std::vector<double> figures(const World& world) const = 0;
-    /// Appends the solids that represent the traveller.
-    virtual void draw(const World& world, std::vector<DrawnObject>& objects) const = 0;
+    /// Shows the traveller. Fails as BodyNodes::show()
+    virtual Result<void> show(const World& world, BodyNodes& nodes) const = 0;
 };
 
 /// Vehicles, in the order of the names of --vehicle.
@@ -99,7 +99,7 @@ public:
     void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
     std::vector<std::string> columns() const override { return {"wheels_on_ground", "tilt_deg"}; }
     std::vector<double> figures(const World& world) const override;
-    void draw(const World& world, std::vector<DrawnObject>& objects) const override;
+    Result<void> show(const World& world, BodyNodes& nodes) const override;
 
     /// Makes the wheels leave ruts. `ruts` must outlive the traveller.
     void set_ruts(WheelRuts& ruts) { ruts_ = &ruts; }
@@ -150,7 +150,7 @@ public:
     void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
     std::vector<std::string> columns() const override { return {"stands"}; }
     std::vector<double> figures(const World& world) const override;
-    void draw(const World& world, std::vector<DrawnObject>& objects) const override;
+    Result<void> show(const World& world, BodyNodes& nodes) const override;
 
 private:
     const CharacterState& state(const World& world) const { return *world.character(body_); }
@@ -164,6 +164,7 @@ private:
     WorldPos start_ = WorldPos::Zero();
     Eigen::Vector2d heading_;
     BodyId body_{};
+    double walked_ = 0.0;      // metres on its feet
     double along_ = 0.0;       // metres along the path to the nearest point; never decreases
     double stuck_time_ = 0.0;  // seconds without progress or detour
     double still_time_ = 0.0;  // seconds without progress

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Makes the meshes and the scene of a village: make_village.py FOLDER writes village.json and its .obj files there; with
---check it only compares them with the files of the folder.
+"""Makes the meshes and the scene of a village: make_village.py FOLDER writes village.json, its .obj files and the picture of
+its sprites there; with --check it only compares them with the files of the folder.
 
 All meshes stand on z = 0, z up, in metres, and have a colour for each vertex. The same bytes on every run.
 """
@@ -9,7 +9,9 @@ import json
 import math
 import pathlib
 import random
+import struct
 import sys
+import zlib
 
 
 class Mesh:
@@ -37,6 +39,45 @@ class Mesh:
         lines += ["v " + " ".join(f"{value:.3f}" for value in corner) for corner in self.corners]
         lines += ["f " + " ".join(str(index) for index in face) for face in self.faces]
         return "\n".join(lines) + "\n"
+
+    def picture(self, width_m, height_m, width_px, height_px):
+        """A PNG file of the mesh seen along y, from z = 0 up; transparent around it. Four samples a pixel."""
+        wide, high = 2 * width_px, 2 * height_px
+        depths, colours = [math.inf] * (wide * high), [None] * (wide * high)
+        for face in self.faces:
+            corners = [self.corners[i - 1] for i in face]
+            for k in range(1, len(corners) - 1):
+                fill(depths, colours, wide, high, [((p[0] / width_m + 0.5) * wide, (1 - p[2] / height_m) * high, p[1], p[3:6])
+                                                   for p in (corners[0], corners[k], corners[k + 1])])
+        rows = b""
+        for row in range(height_px):
+            rows += b"\0"
+            for column in range(width_px):
+                samples = [colours[(2 * row + i) * wide + 2 * column + k] for i in (0, 1) for k in (0, 1)]
+                drawn = [sample for sample in samples if sample]
+                mean = [sum(sample[i] for sample in drawn) / len(drawn) if drawn else 0.2 for i in range(3)]
+                rows += bytes(round(255 * value) for value in (*mean, len(drawn) / 4))
+        header = struct.pack(">IIBBBBB", width_px, height_px, 8, 6, 0, 0, 0)
+        # stored, not compressed: the same bytes with every zlib
+        chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows, 0)), (b"IEND", b""))
+        return b"\x89PNG\r\n\x1a\n" + b"".join(
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks)
+
+
+def fill(depths, colours, wide, high, corners):
+    """Draws a triangle of (x, y, depth, colour) in pixels: those whose middle it covers and that are nearer."""
+    (ax, ay, az, colour), (bx, by, bz, _), (cx, cy, cz, _) = corners
+    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    if area == 0:
+        return
+    for y in range(max(0, math.floor(min(ay, by, cy))), min(high, math.ceil(max(ay, by, cy)) + 1)):
+        for x in range(max(0, math.floor(min(ax, bx, cx))), min(wide, math.ceil(max(ax, bx, cx)) + 1)):
+            px, py = x + 0.5, y + 0.5
+            b = ((px - ax) * (cy - ay) - (py - ay) * (cx - ax)) / area
+            c = ((bx - ax) * (py - ay) - (by - ay) * (px - ax)) / area
+            depth = az + b * (bz - az) + c * (cz - az)
+            if b >= 0 and c >= 0 and b + c <= 1 and depth < depths[y * wide + x]:
+                depths[y * wide + x], colours[y * wide + x] = depth, colour
 
 
 def house(length, width, eaves, ridge, wall, roof):
@@ -172,8 +213,9 @@ def village(x, y):
         side = -1 if i % 2 else 1
         at = [round(x - 75 + 7.5 * i + place.uniform(-2, 2), 1), round(y + side * (28 + place.uniform(0, 14)), 1), 0]
         nodes.append({"position": at, "on_ground": True, "rotation": quaternion(place.uniform(0, 360)),
-                      "scale": round(place.uniform(0.9, 1.5), 2), "switch": {"limits": [90, "always"], "fade_ratio": 1.25},
-                      "children": [{"mesh": "linden.obj"}, {"mesh": "linden_far.obj"}]})
+                      "scale": round(place.uniform(0.9, 1.5), 2), "switch": {"limits": [90, 220, "always"], "fade_ratio": 1.25},
+                      "children": [{"mesh": "linden.obj", "levels": ["linden_far.obj"]}, {"mesh": "linden_far.obj"},
+                                   {"sprite": {"image": "linden.png", "size_m": [6.4, 8]}}]})
     for i in range(8):
         nodes.append({"position": [x - 58 + 16 * i, y + (-7 if i % 2 else 7), 0], "on_ground": True, "children": [{"mesh": "fence.obj"}]})
     return nodes
@@ -196,12 +238,13 @@ def main():
     }
     scene = {"dem": "jacksboro.tif", "seed": 7, "detail_m": 1}
     nodes = ",\n".join("        " + json.dumps(node) for node in village(2800, 200))
-    files = {f"{name}.obj": mesh.text(title) for name, (mesh, title) in meshes.items()}
-    files["village.json"] = "{\n    " + json.dumps(scene)[1:-1] + ",\n    \"nodes\": [\n" + nodes + "\n    ]\n}\n"
-    for name, text in files.items():
+    files = {f"{name}.obj": mesh.text(title).encode() for name, (mesh, title) in meshes.items()}
+    files["linden.png"] = meshes["linden"][0].picture(6.4, 8, 64, 80)
+    files["village.json"] = ("{\n    " + json.dumps(scene)[1:-1] + ",\n    \"nodes\": [\n" + nodes + "\n    ]\n}\n").encode()
+    for name, content in files.items():
         if not checks:
-            (folder / name).write_text(text)
-        elif (folder / name).read_text() != text:
+            (folder / name).write_bytes(content)
+        elif (folder / name).read_bytes() != content:
             sys.exit(f"make_village.py: {folder / name} is not what this script makes")
 
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "flight/cameras.h"
 
+#include <terrane/collision/query.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -10,10 +12,18 @@ namespace {
 
 constexpr double kLeastClearance = 0.6;  // least height above the ground, metres
 constexpr double kCalmClearance = 2.0;   // wanted height above the ground, metres
-constexpr double kWallClearance = 0.5;   // between the eye and a wall behind it, metres
-constexpr double kLeastSight = 0.5;      // least distance of the eye, relative to that of the wall
+constexpr double kCrestClearance = 0.8;  // of the line of sight above the ground, metres
+constexpr double kSteepest = 1.0;        // largest slope of the line of sight over a crest
 constexpr double kTurnTime = 0.6;        // time constant of the heading, seconds
 constexpr double kHeightTime = 0.25;     // time constant of heights, seconds
+constexpr double kMotionTime = 0.2;      // time constant of the target's velocity, seconds
+
+constexpr double kProbeRadius = 0.35;        // of the sphere cast along the line of sight, metres
+constexpr double kLeastDistance = 2.5;       // least distance of eye and target, metres
+constexpr double kLookAhead[] = {0.4, 0.8};  // seconds
+constexpr double kApproachRate = 50.0;       // largest acceleration along the line of sight, m/s^2
+constexpr double kReturnRate = 5.0;          // the same while the eye moves away, m/s^2
+constexpr double kReturnSpeed = 3.0;         // m/s
 
 // Blend factor of a first-order lag (implicit Euler): stable for any dt.
 double lag(double dt, double time) { return dt / (dt + time); }
@@ -22,11 +32,12 @@ double lag(double dt, double time) { return dt / (dt + time); }
 
 ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
                          const ChaseCameraSettings& settings)
-    : source_(source), settings_(settings) {
+    : source_(source), settings_(settings), place_world_(pose_world.translation) {
     heading_ = Eigen::Vector3d(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
     if (heading_.norm() > 1e-3) heading_.normalize();
-    eye_world_ = wanted_eye(pose_world, nullptr);
-    target_world_ = pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
+    free_eye_world_ = wanted_eye(pose_world, heading_, nullptr);
+    eye_world_ = free_eye_world_;
+    target_world_ = target_of(pose_world);
 }
 
 // Height of the ground that the camera must stay above: the heightfield or, if the target is in a cave, its floor.
@@ -39,42 +50,96 @@ double ChaseCamera::floor_at(double x, double y, const Pose& pose_world,
     return below.status == QueryStatus::ok ? below.height : std::min(height, top);
 }
 
-WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Ground* ground) const {
-    WorldPos eye = pose_world.translation - settings_.behind * heading_;
+WorldPos ChaseCamera::target_of(const Pose& pose_world) const {
+    return pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
+}
+
+// The eye that sees the target over the ground between them.
+WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Eigen::Vector3d& heading,
+                                 const Ground* ground) const {
+    const double cosine = std::cos(settings_.bearing), sine = std::sin(settings_.bearing);
+    const Eigen::Vector3d towards(cosine * heading.x() + sine * heading.y(),
+                                  cosine * heading.y() - sine * heading.x(), 0.0);
+    WorldPos eye = pose_world.translation - settings_.behind * towards;
+    const double clearance = std::clamp(settings_.above, kLeastClearance, kCalmClearance);
     eye.z() = std::max(pose_world.translation.z() + settings_.above,
-                       floor_at(eye.x(), eye.y(), pose_world, ground) + kCalmClearance);
+                       floor_at(eye.x(), eye.y(), pose_world, ground) + clearance);
+    const WorldPos target = target_of(pose_world);
+    const double highest = target.z() + kSteepest * settings_.behind;
+    for (const double share : {0.25, 0.4, 0.55, 0.7, 0.85}) {
+        const WorldPos between = target + share * (eye - target);
+        const double floor = floor_at(between.x(), between.y(), pose_world, ground);
+        const double needed = target.z() + (floor + kCrestClearance - target.z()) / share;
+        eye.z() = std::max(eye.z(), std::min(needed, highest));
+    }
     return eye;
 }
 
-// If a wall is between the eye and its target, moves the eye to the target's side of the wall.
-void ChaseCamera::stay_in_sight(const Ground& ground) {
-    const RayAnswer wall = ground.ray(target_world_, eye_world_);
-    if (wall.status != QueryStatus::ok) return;
-    const Eigen::Vector3d along = eye_world_ - target_world_;
-    const double free = wall.fraction * along.norm();
-    const double wanted = std::max(kLeastSight * free, free - kWallClearance);
-    eye_world_ = target_world_ + wanted / along.norm() * along;
+// Distance by which the eye must come nearer, so that nothing is between it and the target now and soon, metres.
+double ChaseCamera::wanted_approach(const Pose& pose_world, const Eigen::Vector3d& ahead,
+                                    const Ground& ground, const World& world, BodyId own) const {
+    const QueryFilter filter{.except = own};
+    const auto hidden_share = [&](const WorldPos& target, const WorldPos& eye) {
+        Motion motion;
+        motion.start.translation = target;
+        motion.translation = eye - target;
+        const CastQueryAnswer met = world.cast(ground, Sphere{kProbeRadius}, motion, filter);
+        return met.hit ? 1.0 - met.fraction : 0.0;
+    };
+    double share = hidden_share(target_world_, free_eye_world_);
+    for (const double time : kLookAhead) {
+        Pose later = pose_world;
+        later.translation += time * motion_;
+        const Eigen::Vector3d heading =
+            heading_ + (1.0 - std::exp(-time / kTurnTime)) * (ahead - heading_);
+        share =
+            std::max(share, hidden_share(target_of(later), wanted_eye(later, heading, &ground)));
+    }
+    const double distance = (free_eye_world_ - target_world_).norm();
+    return std::clamp(share * distance, 0.0, std::max(distance - kLeastDistance, 0.0));
 }
 
-void ChaseCamera::follow(const Pose& pose_world, double dt, const Ground& ground) {
+void ChaseCamera::follow(const Pose& pose_world, double dt, const Ground& ground,
+                         const World& world, BodyId own) {
     const Eigen::Vector3d ahead(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
     heading_ += lag(dt, kTurnTime) * (ahead - heading_);
-    const WorldPos before = eye_world_;
-    const WorldPos wanted = wanted_eye(pose_world, &ground);
-    eye_world_.x() = wanted.x();
-    eye_world_.y() = wanted.y();
-    eye_world_.z() += lag(dt, kHeightTime) * (wanted.z() - eye_world_.z());
-    eye_world_.z() =
-        std::max(eye_world_.z(),
-                 floor_at(eye_world_.x(), eye_world_.y(), pose_world, &ground) + kLeastClearance);
+    const Eigen::Vector3d moved = (pose_world.translation - place_world_) / dt;
+    motion_ += lag(dt, kMotionTime) * (moved - motion_);
+    place_world_ = pose_world.translation;
 
-    const WorldPos target =
-        pose_world.translation + Eigen::Vector3d(0.0, 0.0, settings_.target_above);
+    const WorldPos before = eye_world_;
+    const WorldPos wanted = wanted_eye(pose_world, heading_, &ground);
+    const bool is_first = !std::exchange(is_following_, true);
+    if (is_first) free_eye_world_.z() = wanted.z();
+    free_eye_world_.x() = wanted.x();
+    free_eye_world_.y() = wanted.y();
+    free_eye_world_.z() += lag(dt, kHeightTime) * (wanted.z() - free_eye_world_.z());
+    const WorldPos target = target_of(pose_world);
     target_world_.x() = target.x();
     target_world_.y() = target.y();
     target_world_.z() += lag(dt, kHeightTime) * (target.z() - target_world_.z());
-    if (ground.has_solids()) stay_in_sight(ground);
-    velocity_ = (eye_world_ - before) / dt;
+
+    // The fastest speed from which the eye can stop at the wanted place, approached with bounded acceleration.
+    const double approach = wanted_approach(pose_world, ahead, ground, world, own);
+    if (is_first) approach_ = approach;
+    const double missing = approach - approach_;
+    const double rate = missing > 0.0 ? kApproachRate : kReturnRate;
+    const double fastest = missing > 0.0
+                               ? std::sqrt(2.0 * rate * missing)
+                               : -std::min(std::sqrt(-2.0 * rate * missing), kReturnSpeed);
+    const double largest = (missing > 0.0 || approach_speed_ > 0.0 ? kApproachRate : rate) * dt;
+    approach_speed_ += std::clamp(fastest - approach_speed_, -largest, largest);
+    approach_ += dt * approach_speed_;
+    if (approach_ <= 0.0) approach_ = approach_speed_ = 0.0;
+
+    const Eigen::Vector3d line = target_world_ - free_eye_world_;
+    const double distance = line.norm();
+    eye_world_ = free_eye_world_;
+    if (approach_ > 0.0) eye_world_ += std::min(approach_ / distance, 1.0) * line;
+    eye_world_.z() =
+        std::max(eye_world_.z(),
+                 floor_at(eye_world_.x(), eye_world_.y(), pose_world, &ground) + kLeastClearance);
+    velocity_ = is_first ? moved : Eigen::Vector3d((eye_world_ - before) / dt);
 }
 
 View ChaseCamera::view(const View& view) const {

@@ -29,10 +29,13 @@ struct ChaseCameraSettings {
     double behind = 11.0;       ///< horizontal distance behind the target
     double above = 3.2;         ///< height of the eye above the target's centre
     double target_above = 0.8;  ///< height of the look-at point above that centre
+    double bearing = 0.0;       ///< of the eye around the target, radians clockwise from behind
 };
 
-/// A camera that follows a vehicle or character from behind and above, with a lag that smooths its motion, and stays
-/// above the ground; in volumes it stays between floor and ceiling, in sight of its target.
+/// A camera that follows a vehicle or character from behind and above, with a lag that smooths its motion. It stays
+/// above the ground and rises over crests between itself and its target. In front of what stands between them, such as
+/// a tree, a house or the wall of a cave, it comes nearer, with bounded acceleration: it looks ahead, so that it is
+/// usually there before its target is hidden. It returns slowly.
 class ChaseCamera {
 public:
     /// @param source must outlive the camera
@@ -40,8 +43,12 @@ public:
     ChaseCamera(const HeightSource& source, const Pose& pose_world,
                 const ChaseCameraSettings& settings = {});
 
-    /// Follows for dt seconds.
-    void follow(const Pose& pose_world, double dt, const Ground& ground);
+    /// Follows for dt seconds. The first call starts from the height and the distance that the eye wants there.
+    ///
+    /// @param world of the bodies that the camera avoids, with the target's own body
+    /// Cost:  three casts of a sphere over the distance to the target
+    void follow(const Pose& pose_world, double dt, const Ground& ground, const World& world,
+                BodyId own = {});
 
     /// `view` with the camera's position and orientation; field of view and size are kept.
     View view(const View& view) const;
@@ -50,12 +57,21 @@ public:
 
 private:
     double floor_at(double x, double y, const Pose& pose_world, const Ground* ground) const;
-    WorldPos wanted_eye(const Pose& pose_world, const Ground* ground) const;
-    void stay_in_sight(const Ground& ground);
+    WorldPos target_of(const Pose& pose_world) const;
+    WorldPos wanted_eye(const Pose& pose_world, const Eigen::Vector3d& heading,
+                        const Ground* ground) const;
+    double wanted_approach(const Pose& pose_world, const Eigen::Vector3d& ahead,
+                           const Ground& ground, const World& world, BodyId own) const;
 
     const HeightSource& source_;
     ChaseCameraSettings settings_;
     Eigen::Vector3d heading_ = Eigen::Vector3d::UnitX();  // horizontal, length about 1
+    WorldPos place_world_ = WorldPos::Zero();             // of the target, in the last follow()
+    Eigen::Vector3d motion_ = Eigen::Vector3d::Zero();    // smoothed velocity of the target, m/s
+    bool is_following_ = false;  // since the first follow(), from which on the ground is known
+    WorldPos free_eye_world_ = WorldPos::Zero();  // the eye if nothing hides the target
+    double approach_ = 0.0;        // distance from there towards the target, metres, >= 0
+    double approach_speed_ = 0.0;  // m/s
     WorldPos eye_world_ = WorldPos::Zero();
     WorldPos target_world_ = WorldPos::Zero();
     Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();

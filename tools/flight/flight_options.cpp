@@ -57,9 +57,6 @@ Result<CameraPath> follow_track(Track track, const HeightSource& source,
 
 namespace {
 
-// In the order of GroundPalette.
-constexpr std::array kPalettes{"alpine", "temperate", "desert", "moon", "imagery"};
-
 bool is_drivable(const std::string& path) { return path != "spins" && path != "teleports"; }
 
 }  // namespace
@@ -95,15 +92,17 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
         ->type_name("TIME");
     std::optional<GroundPalette>* const ground = &options.ground;
     add_choice(
-        app, "--ground", {std::begin(kPalettes), std::end(kPalettes)}, 0,
+        app, "--ground", {std::begin(kPaletteNames), std::end(kPaletteNames)}, 0,
         [ground](std::size_t number) { *ground = static_cast<GroundPalette>(number); },
-        "Materials of the ground, also with --look plain; with --look full it is alpine, or "
-        "imagery where the scene has imagery, unless said")
+        "Materials of the ground, also with --look plain; unless said those of the scene, and with "
+        "--look full imagery where the scene has imagery, and else alpine")
         ->default_str("");
     add_in_range(app, "--snow-line-m", options.snow_line, -1e9, 1e9,
                  "Height of the snow line, metres, with --look full or --ground");
     add_in_range(app, "--water-m", options.water_m, -1e9, 1e9,
-                 "Level of water, metres, in place of the scene's water_m; 0 for seas");
+                 "Level of water, metres, in place of the scene's; 0 for seas");
+    app.add_flag("--show-proxies", options.shows_proxies,
+                 "Show bodies, vehicles and characters as the shapes that collide");
     app.add_option(
            "--out", options.out,
            "Folder for frames.csv, report.html, and pictures or film where asked for. What an "
@@ -223,13 +222,14 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     if (options.shadows > 0.0 && !options.has_pictures()) {
         return usage_error("--shadows is for pictures: it needs --png or --video");
     }
-    const std::array<std::pair<bool, const char*>, 6> of_pictures{
+    const std::array<std::pair<bool, const char*>, 7> of_pictures{
         {{options.look != Look::plain, "--look"},
          {options.sun_deg.has_value(), "--sun-deg"},
          {!options.sun_time.empty(), "--sun-time"},
          {options.ground.has_value(), "--ground"},
          {!std::isnan(options.snow_line), "--snow-line-m"},
-         {!std::isnan(options.water_m), "--water-m"}}};
+         {!std::isnan(options.water_m), "--water-m"},
+         {options.shows_proxies, "--show-proxies"}}};
     for (const auto& [is_given, flag] : of_pictures) {
         if (is_given && !options.has_pictures())
             return usage_error(fmt::format("{} is for pictures: it needs --png or --video", flag));

@@ -64,8 +64,9 @@ struct FlightOptions {
     double memory_mb = 512.0;
     std::size_t threads = 1;
     PagingChoice policy = PagingChoice::deadline;
-    double radius = 1.0;  ///< of PagingChoice::distance
-    std::string out;      ///< a folder; "" for none
+    double radius = 1.0;         ///< of PagingChoice::distance
+    std::string out;             ///< a folder; "" for none
+    bool shows_proxies = false;  ///< see BodyNodes
     bool png = false;
     bool video = false;
     bool verify = false;
@@ -81,7 +82,7 @@ struct FlightOptions {
 };
 
 /// Adds --fps, --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --ground, --snow-line-m,
-/// --water-m, --out, --png and --video.
+/// --water-m, --show-proxies, --out, --png and --video.
 ///
 /// @param what the kind of run in help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);

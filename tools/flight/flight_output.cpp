@@ -26,10 +26,10 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
     TERRANE_TRY(std::shared_ptr<OutputFolder> folder,
                 OutputFolder::open(options.out, std::move(names), options.png));
     watch_for_interrupts();
-    std::optional<FlightPictures> pictures;
+    std::unique_ptr<FlightPictures> pictures;
     if (options.has_pictures()) {
         TERRANE_TRY(FlightPictures made, FlightPictures::create(options, terrain, folder));
-        pictures.emplace(std::move(made));
+        pictures = std::make_unique<FlightPictures>(std::move(made));
     }
     // removes the files of earlier runs last, when nothing else can fail
     std::optional<OutputPlace> csv;
@@ -43,28 +43,39 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
     return output;
 }
 
+Result<std::unique_ptr<ObjectField>> FlightOutput::make_objects(const Terrain& terrain) {
+    TERRANE_TRY(ObjectField field,
+                ObjectField::create(terrain.source,
+                                    terrain.objects != nullptr ? *terrain.objects : SceneObjects(),
+                                    {.max_error_px = options_.max_error_px,
+                                     .picture = make_view(options_.size, options_.fov_deg),
+                                     .has_thread = options_.threads > 0,
+                                     .shadows = pictures_ ? renderer()->shadows() : std::nullopt},
+                                    renderer()));
+    if (terrain.nodes != nullptr) {
+        TERRANE_TRY(field.add_nodes(*terrain.nodes, *terrain.source, renderer()));
+    }
+    return std::make_unique<ObjectField>(std::move(field));
+}
+
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
     if (terrain.objects == nullptr && terrain.nodes == nullptr) return {};
-    TerrainRenderer* const renderer = pictures_ ? &pictures_->renderer() : nullptr;
-    TERRANE_TRY(ObjectField field,
-                ObjectField::create(
-                    terrain.source, terrain.objects != nullptr ? *terrain.objects : SceneObjects(),
-                    {.max_error_px = options_.max_error_px,
-                     .picture = make_view(options_.size, options_.fov_deg),
-                     .has_thread = options_.threads > 0,
-                     .shadows = renderer != nullptr ? renderer->shadows() : std::nullopt},
-                    renderer));
-    if (terrain.nodes != nullptr) {
-        TERRANE_TRY(field.add_nodes(*terrain.nodes, *terrain.source, renderer));
-    }
-    maker.set_objects(std::make_unique<ObjectField>(std::move(field)));
+    TERRANE_TRY(std::unique_ptr<ObjectField> objects, make_objects(terrain));
+    maker.set_objects(std::move(objects));
     return {};
 }
 
-Result<void> FlightOutput::add(MadeFrame frame, const View& view,
-                               std::span<const DrawnObject> objects) {
+Result<BodyNodes> FlightOutput::add_bodies(const Terrain& terrain, FrameMaker& maker) {
+    TERRANE_TRY(std::unique_ptr<ObjectField> objects, make_objects(terrain));
+    BodyNodes bodies(*objects, renderer(), options_.shows_proxies);
+    bodies.set_meshes(terrain.bodies);
+    maker.set_objects(std::move(objects));
+    return bodies;
+}
+
+Result<void> FlightOutput::add(MadeFrame frame, const View& view) {
     if (pictures_) {
-        TERRANE_TRY(const double drawn, pictures_->add(log_.frames().size(), frame, view, objects));
+        TERRANE_TRY(const double drawn, pictures_->add(log_.frames().size(), frame, view));
         frame.record.draw_ms = drawn;
     }
     return log_.add(std::move(frame.record));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "flight/pictures.h"
+#include "frames/body_nodes.h"
 #include "frames/flight_log.h"
 #include "frames/frame_maker.h"
 #include "program/output_file.h"
@@ -27,13 +28,15 @@ public:
     static Result<FlightOutput> create(const FlightOptions& options, const Terrain& terrain,
                                        std::vector<std::string> extra_columns = {});
 
-    /// Adds the objects of a terrain's scene, if any, to the frames of a maker.
+    /// Adds the objects and nodes of a terrain's scene, if any, to the frames of a maker.
     ///
-    /// Fails: as ObjectField::create()
+    /// Fails: as ObjectField::create() and ObjectField::add_nodes()
     Result<void> add_objects(const Terrain& terrain, FrameMaker& maker);
+    /// The same for frames with bodies, which are shown by the result.
+    Result<BodyNodes> add_bodies(const Terrain& terrain, FrameMaker& maker);
 
     /// Logs a frame, and draws it if pictures are requested. Fails with io.
-    Result<void> add(MadeFrame frame, const View& view, std::span<const DrawnObject> objects = {});
+    Result<void> add(MadeFrame frame, const View& view);
 
     /// Whether the user closed the window or interrupted the program.
     bool is_closed() const { return is_interrupted() || (pictures_ && pictures_->is_closed()); }
@@ -55,11 +58,13 @@ public:
 
 private:
     FlightOutput(const FlightOptions& options, std::shared_ptr<OutputFolder> folder, FlightLog log);
+    Result<std::unique_ptr<ObjectField>> make_objects(const Terrain& terrain);
+    TerrainRenderer* renderer() { return pictures_ ? &pictures_->renderer() : nullptr; }
 
     FlightOptions options_;
     std::shared_ptr<OutputFolder> folder_;  // null without --out
     FlightLog log_;
-    std::optional<FlightPictures> pictures_;
+    std::unique_ptr<FlightPictures> pictures_;  // null: none
 };
 
 }  // namespace terrane::tools

@@ -4,28 +4,13 @@
 #include "flight/film.h"
 #include "flight/flight_options.h"
 
-#include <terrane/collision/vehicle.h>
-#include <terrane/collision/world.h>
 #include <terrane/render/terrain_renderer.h>
 
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 namespace terrane::tools {
-
-/// Appends the solids that show a body; a hull is shown by its edges. Sleeping bodies are darker, static ones grey.
-void add_objects(const Shape& shape, const BodyState& state, std::vector<DrawnObject>& objects);
-
-/// Appends the solids that show a shape, in one colour.
-void add_objects(const Shape& shape, const Pose& pose, const Colour& colour,
-                 std::vector<DrawnObject>& objects);
-
-/// Appends the solids that show a vehicle: chassis box, bodywork, wheels, and the belts of a tracked vehicle.
-void add_vehicle_objects(const VehicleSettings& settings, const VehicleState& state,
-                         std::vector<DrawnObject>& objects);
 
 /// Draws frames off screen; writes them as PNG files and as a film, and shows them in a window, according to the
 /// options.
@@ -40,8 +25,7 @@ public:
     /// Draws a frame and writes it. Fails with io.
     ///
     /// @return milliseconds from the draw call until the picture has been read
-    Result<double> add(std::size_t frame, const MadeFrame& made, const View& view,
-                       std::span<const DrawnObject> objects = {});
+    Result<double> add(std::size_t frame, const MadeFrame& made, const View& view);
 
     /// The renderer, for adding meshes of objects.
     TerrainRenderer& renderer() { return renderer_; }

@@ -88,6 +88,8 @@ public:
 
     /// Adds the objects of a scene, which then share the ground's budget.
     void set_objects(std::unique_ptr<ObjectField> objects) { objects_ = std::move(objects); }
+    /// The objects; null if there are none.
+    ObjectField* objects() { return objects_.get(); }
 
     /// Controls the budget by frame times, up to the triangulator's budget.
     void set_governor(const FrameGovernor& governor) { governor_ = governor; }

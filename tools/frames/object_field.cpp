@@ -108,9 +108,9 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     TERRANE_TRY(Scene scene, Scene::create(of_scene));
     ObjectField field(std::move(scene), settings);
     std::vector<ModelId> models;
-    TERRANE_TRY(
-        const std::vector<ObjectLevels> levels,
-        field.add_models(objects.meshes, objects.materials, objects.files, renderer, models));
+    TERRANE_TRY(const std::vector<ObjectLevels> levels,
+                field.add_models(objects.meshes, objects.coarser, objects.materials, objects.files,
+                                 renderer, models));
     for (const SceneObject& object : objects.objects) {
         const NodePlace place = {object.world_from_object, object.scale};
         const Result<NodeId> node =
@@ -134,12 +134,14 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
 
 // Makes the levels of meshes, uploads them, and adds them to the scene.
 Result<std::vector<ObjectLevels>> ObjectField::add_models(
-    std::span<const TriangleMesh> meshes, std::span<const std::vector<MeshMaterial>> materials,
-    std::span<const std::string> files, TerrainRenderer* renderer,
-    std::vector<ModelId>& models_out) {
+    std::span<const TriangleMesh> meshes, std::span<const std::vector<TriangleMesh>> coarser,
+    std::span<const std::vector<MeshMaterial>> materials, std::span<const std::string> files,
+    TerrainRenderer* renderer, std::vector<ModelId>& models_out) {
     std::vector<ObjectLevels> levels;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
-        Result<ObjectLevels> made = make_object_levels(meshes[i]);
+        std::vector<TriangleMesh> all{meshes[i]};
+        if (i < coarser.size()) all.insert(all.end(), coarser[i].begin(), coarser[i].end());
+        Result<ObjectLevels> made = make_object_levels(all);
         if (!made) return about(files[i], made);
         if (renderer != nullptr) {
             std::span<const MeshMaterial> of_mesh;
@@ -155,10 +157,17 @@ Result<std::vector<ObjectLevels>> ObjectField::add_models(
     return levels;
 }
 
+Result<ModelId> ObjectField::add_body_model(const MeshModel& model, TerrainRenderer* renderer) {
+    TERRANE_TRY(ObjectLevels made, make_object_levels(model.mesh, false));
+    if (renderer != nullptr) TERRANE_TRY(upload_levels(made, model.materials, *renderer));
+    return scene_.add_model(made.model);
+}
+
 Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource& source,
                                     TerrainRenderer* renderer) {
     std::vector<ModelId> models;
-    TERRANE_TRY(add_models(nodes.meshes, nodes.materials, nodes.files, renderer, models));
+    TERRANE_TRY(
+        add_models(nodes.meshes, nodes.coarser, nodes.materials, nodes.files, renderer, models));
     std::vector<NodeId> ids;
     for (const SceneNode& node : nodes.nodes) {
         NodePlace place = node.place;

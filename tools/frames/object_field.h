@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "scene/mesh_files.h"
 #include "scene/scene_nodes.h"
 #include "scene/scene_objects.h"
 
@@ -112,6 +113,15 @@ public:
     Result<void> add_nodes(const SceneNodes& nodes, const HeightSource& source,
                            TerrainRenderer* renderer);
 
+    /// Adds the model of a body, which tumbles: without an impostor, because that shows a model from above only.
+    ///
+    /// @param renderer as for create()
+    ///
+    /// Fails: as make_object_levels() and TerrainRenderer::add_mesh()
+    Result<ModelId> add_body_model(const MeshModel& model, TerrainRenderer* renderer);
+    /// The scene, for nodes of bodies.
+    Scene& scene() { return scene_; }
+
     /// Sets the time of emitters: see Scene::set_time().
     void set_time(double time_s) { scene_.set_time(time_s); }
 
@@ -148,9 +158,9 @@ private:
 
     ObjectField(Scene scene, const ObjectFieldSettings& settings);
     Result<std::vector<ObjectLevels>> add_models(
-        std::span<const TriangleMesh> meshes, std::span<const std::vector<MeshMaterial>> materials,
-        std::span<const std::string> files, TerrainRenderer* renderer,
-        std::vector<ModelId>& models_out);
+        std::span<const TriangleMesh> meshes, std::span<const std::vector<TriangleMesh>> coarser,
+        std::span<const std::vector<MeshMaterial>> materials, std::span<const std::string> files,
+        TerrainRenderer* renderer, std::vector<ModelId>& models_out);
     void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);

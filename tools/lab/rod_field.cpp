@@ -107,8 +107,7 @@ Result<FieldFrame> RodField::make_frame(CullTest test, const View& view) const {
     device_->context.make_current();
     const MeshDraw draw = {device_->mesh, 0, 0, static_cast<std::uint32_t>(instances.size())};
     const Stopwatch drawing(Clock::wall);
-    TERRANE_TRY(
-        device_->renderer.draw({}, view, {}, {.instances = instances, .meshes = {&draw, 1}}));
+    TERRANE_TRY(device_->renderer.draw({}, view, {.instances = instances, .meshes = {&draw, 1}}));
     device_->renderer.read();
     frame.draw_ms = drawing.ms();
     return frame;

@@ -111,8 +111,8 @@ bool is_file_shape(const Json& body) {
     return shape != body.end() && shape->is_object() && shape->contains("file");
 }
 
-/// Parses the shape `{"file":..,"proxy_error_m":..}`.
-Parsed<Shape> read_file_shape(const Json& shape, const std::string& folder) {
+/// Parses the shape `{"file":..,"proxy_error_m":..}`. @param path_out of the file
+Parsed<Shape> read_file_shape(const Json& shape, const std::string& folder, std::string& path_out) {
     const Parsed<void> known = check_keys(shape, "shape", {"file", "proxy_error_m"});
     if (!known) return wrong(known.error());
     const Json& file = shape["file"];
@@ -121,15 +121,18 @@ Parsed<Shape> read_file_shape(const Json& shape, const std::string& folder) {
     }
     const Parsed<double> error = read_in_range(shape, "proxy_error_m", kUsualProxyError, 0.0, 1e6);
     if (!error) return wrong("shape." + error.error());
-    const std::string path = (std::filesystem::path(folder) / file.get<std::string>()).string();
-    Result<Shape> made = read_mesh_body(path, *error);
+    path_out = (std::filesystem::path(folder) / file.get<std::string>()).string();
+    Result<Shape> made = read_mesh_body(path_out, *error);
     if (!made) return wrong("shape.file: " + made.error().message);
     return *std::move(made);
 }
 
 /// Parses the shape of a body. Messages begin with the key path from the body on: "shape.file".
-Parsed<Shape> read_body_shape(const Json& body, const std::string& folder) {
-    if (is_file_shape(body)) return read_file_shape(body["shape"], folder);
+///
+/// @param mesh_file_out path of the mesh; unchanged if the shape has none
+Parsed<Shape> read_body_shape(const Json& body, const std::string& folder,
+                              std::string& mesh_file_out) {
+    if (is_file_shape(body)) return read_file_shape(body["shape"], folder, mesh_file_out);
     Parsed<Shape> shape = read_shape(body, "shape");
     if (!shape) {
         const std::string& said = shape.error();
@@ -166,7 +169,7 @@ Parsed<Eigen::Vector3d> read_velocity(const Json& body, const char* key, BodyTyp
 
 Parsed<PlacedBody> read_body(const Json& body, const std::string& folder) {
     PlacedBody placed;
-    Parsed<Shape> shape = read_body_shape(body, folder);
+    Parsed<Shape> shape = read_body_shape(body, folder, placed.mesh_file);
     if (!shape) return wrong(shape.error());
     placed.settings.shape = *std::move(shape);
     const Parsed<BodyType> type = read_type(body);

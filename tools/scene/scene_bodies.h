@@ -18,6 +18,7 @@ namespace terrane::tools {
 struct PlacedBody {
     BodySettings settings;
     BodyState state;
+    std::string mesh_file = {};  ///< path of the mesh that pictures show; "": its shape
 };
 
 /// Adds bodies to a world, in order. Fails as World::add().

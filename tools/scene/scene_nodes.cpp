@@ -22,8 +22,10 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kMostDepth = 64;        // of nested children
 constexpr std::size_t kMostNodes = 1u << 16;  // of a scene
 constexpr std::array kPrimitives = {"sphere", "box", "capsule", "cylinder"};
-constexpr std::array kContents = {"mesh",     "sphere", "box",       "capsule",
-                                  "cylinder", "switch", "billboard", "emitter"};
+constexpr std::array kContents = {"mesh",   "sphere", "box",       "capsule", "cylinder",
+                                  "sprite", "switch", "billboard", "emitter"};
+constexpr float kSpriteCut = 0.5f;      // opacity below which a sprite is not drawn
+constexpr double kLargestSprite = 1e4;  // side, metres
 
 /// [r, g, b], or [r, g, b, opacity], of 0 to 1 with display gamma.
 template <std::size_t count>
@@ -191,6 +193,24 @@ Parsed<TriangleMesh> read_primitive(const Json& node, const std::string& kind,
     return *std::move(mesh);
 }
 
+/// An upright picture of a sprite: its lower edge is centred at the origin.
+///
+/// @param axis of the billboard above it: `up` turns x to the eye, `screen` z
+TriangleMesh make_sprite_mesh(double width, double height, BillboardNode::Axis axis) {
+    const bool is_up = axis == BillboardNode::Axis::up;
+    TriangleMesh mesh;
+    for (const auto& [u, v] : {std::pair(0.0f, 0.0f), std::pair(1.0f, 0.0f), std::pair(1.0f, 1.0f),
+                               std::pair(0.0f, 1.0f)}) {
+        const double right = (u - 0.5) * width, up = v * height;
+        mesh.positions.push_back(is_up ? Eigen::Vector3d(0.0, right, up)
+                                       : Eigen::Vector3d(right, up, 0.0));
+        mesh.normals.push_back(is_up ? Eigen::Vector3f::UnitX() : Eigen::Vector3f::UnitZ());
+        mesh.texture_coordinates.emplace_back(u, v);
+    }
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    return mesh;
+}
+
 class NodeReader {
 public:
     explicit NodeReader(const std::string& folder) : folder_(folder) {}
@@ -211,10 +231,11 @@ public:
 private:
     Parsed<void> read_node(const Json& value, const std::string& path,
                            std::optional<std::size_t> parent, std::size_t depth) {
-        const auto known = check_keys(
-            value, path,
-            {"position", "rotation", "scale", "on_ground", "children", "mesh", "crease_deg",
-             "sphere", "box", "capsule", "cylinder", "colour", "switch", "billboard", "emitter"});
+        const auto known =
+            check_keys(value, path,
+                       {"position", "rotation", "scale", "on_ground", "children", "mesh", "levels",
+                        "crease_deg", "sphere", "box", "capsule", "cylinder", "colour", "sprite",
+                        "switch", "billboard", "emitter"});
         if (!known) return wrong(known.error());
         if (made.nodes.size() >= kMostNodes)
             return wrong(fmt::format("{}: a scene has at most {} nodes", path, kMostNodes));
@@ -238,6 +259,9 @@ private:
         TERRANE_TRY(read_content(value, path, node));
         const std::size_t index = made.nodes.size();
         made.nodes.push_back(std::move(node));
+        if (value.contains("sprite")) {
+            TERRANE_TRY(add_sprite(value["sprite"], path + ".sprite", index));
+        }
         const auto children = value.find("children");
         const std::size_t levels = children == value.end() ? 0 : children->size();
         if (const auto* by = std::get_if<SwitchNode>(&made.nodes[index].content)) {
@@ -263,30 +287,77 @@ private:
         const bool is_primitive = std::ranges::find(kPrimitives, kind) != kPrimitives.end();
         if (value.contains("colour") && !is_primitive)
             return wrong(path + ".colour goes with sphere, box, capsule or cylinder");
-        if (value.contains("crease_deg") && kind != "mesh")
-            return wrong(path + ".crease_deg goes with mesh");
+        for (const char* key : {"crease_deg", "levels"}) {
+            if (value.contains(key) && kind != "mesh")
+                return wrong(fmt::format("{}.{} goes with mesh", path, key));
+        }
         if (is_primitive) {
             TERRANE_TRY(TriangleMesh mesh, read_primitive(value, kind, path));
             node.content = MeshOfNode{made.meshes.size()};
             made.meshes.push_back(std::move(mesh));
             made.materials.emplace_back();
+            made.coarser.emplace_back();
             made.files.push_back(path);
             names_.emplace_back();
         } else if (kind == "mesh") {
             const Parsed<std::size_t> mesh = read_file(value);
             if (!mesh) return wrong(path + "." + mesh.error());
             node.content = MeshOfNode{*mesh};
+        } else if (kind == "sprite") {
+            const Json& axis = value[kind].is_object() && value[kind].contains("axis")
+                                   ? value[kind]["axis"]
+                                   : Json("up");
+            TERRANE_TRY(node.content, read_axis(axis, path + ".sprite.axis"));
         } else if (kind == "switch") {
             TERRANE_TRY(node.content, read_switch(value[kind], path + ".switch"));
         } else if (kind == "emitter") {
             TERRANE_TRY(node.content, read_emitter(value[kind], path + ".emitter"));
         } else if (kind == "billboard") {
-            const Json& axis = value[kind];
-            if (axis != "screen" && axis != "up")
-                return wrong(path + ".billboard must be screen or up, got " + shown(axis));
-            node.content =
-                BillboardNode{axis == "up" ? BillboardNode::Axis::up : BillboardNode::Axis::screen};
+            TERRANE_TRY(node.content, read_axis(value[kind], path + ".billboard"));
         }
+        return {};
+    }
+
+    static Parsed<BillboardNode> read_axis(const Json& axis, const std::string& path) {
+        if (axis != "screen" && axis != "up")
+            return wrong(path + " must be screen or up, got " + shown(axis));
+        return BillboardNode{axis == "up" ? BillboardNode::Axis::up : BillboardNode::Axis::screen};
+    }
+
+    /// Adds the picture of a sprite below its billboard.
+    Parsed<void> add_sprite(const Json& value, const std::string& path, std::size_t billboard) {
+        const auto known = check_keys(value, path, {"image", "size_m", "axis"});
+        if (!known) return wrong(known.error());
+        const auto image = value.find("image");
+        if (image == value.end() || !image->is_string())
+            return wrong(path + ".image must be a file");
+        const auto size = read_array<2>(value, "size_m");
+        if (!size) return wrong(path + "." + size.error());
+        for (const double side : *size) {
+            if (!(side > 0.0 && side <= kLargestSprite))
+                return wrong(path + ".size_m must be above 0 and at most 1e4 m, got " +
+                             shown(value["size_m"]));
+        }
+        const std::string file = image->get<std::string>();
+        const auto picture = read_image(folder_, file);
+        if (!picture)
+            return wrong(fmt::format("{}.image '{}': {}", path, file, picture.error().message));
+        MeshMaterial material;
+        material.is_two_sided = true;
+        material.colour = {255, 255, 255};
+        material.colour_texture = {*picture, TextureWrap::clamp, TextureWrap::clamp};
+        material.alpha_cutoff = kSpriteCut;
+        const auto& turning = std::get<BillboardNode>(made.nodes[billboard].content);
+        SceneNode node;
+        node.path = path;
+        node.parent = billboard;
+        node.content = MeshOfNode{made.meshes.size()};
+        made.nodes.push_back(std::move(node));
+        made.meshes.push_back(make_sprite_mesh((*size)[0], (*size)[1], turning.axis));
+        made.materials.push_back({material});
+        made.coarser.emplace_back();
+        made.files.push_back(path);
+        names_.emplace_back();
         return {};
     }
 
@@ -296,10 +367,11 @@ private:
         if (!name) return wrong(name.error());
         const auto found = std::ranges::find(names_, std::optional(*name));
         if (found != names_.end()) return static_cast<std::size_t>(found - names_.begin());
-        Parsed<MeshModel> model = read_named_mesh(*name);
+        Parsed<LevelledModel> model = read_named_mesh(*name);
         if (!model) return wrong(model.error());
         made.meshes.push_back(std::move(model->mesh));
         made.materials.push_back(std::move(model->materials));
+        made.coarser.push_back(std::move(model->coarser));
         made.files.push_back(name->file);
         names_.emplace_back(*name);
         return made.meshes.size() - 1;

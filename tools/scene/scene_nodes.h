@@ -34,13 +34,15 @@ struct SceneNodes {
     std::vector<TriangleMesh> meshes;  ///< with normals
     /// [meshes] each indexed by TriangleMesh::materials; empty: plain, one-sided.
     std::vector<std::vector<MeshMaterial>> materials;
+    std::vector<std::vector<TriangleMesh>> coarser;  ///< [meshes] see SceneObjects::coarser
     std::vector<std::string> files;  ///< [meshes] paths; of a primitive the path of its node
     std::vector<SceneNode> nodes;    ///< parents first
 };
 
 /// Parses `nodes` of a scene: a list of nodes, each with `position`, `rotation`, `scale`, `on_ground`, `children` and
-/// one content at most: `mesh` with `crease_deg`; `sphere`, `box`, `capsule` or `cylinder` with `colour`; `switch`;
-/// `billboard`; `emitter`. Files are read here, each once for each crease angle. Errors begin with the path of the key:
+/// one content at most: `mesh` with `levels` and `crease_deg`; `sphere`, `box`, `capsule` or `cylinder` with `colour`;
+/// `sprite`; `switch`; `billboard`; `emitter`. A sprite becomes a billboard with a child that has the picture. Files
+/// are read here, each once for each crease angle. Errors begin with the path of the key:
 /// "nodes[2].children[0].switch.limits must be".
 ///
 /// @param folder base of relative paths

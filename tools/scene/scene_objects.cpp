@@ -110,6 +110,53 @@ Parsed<SceneImagery> read_imagery(const Json& value, const std::string& folder) 
     return imagery;
 }
 
+Parsed<SceneMaterials> read_materials(const Json& value) {
+    const auto known =
+        check_keys(value, "materials", {"palette", "snow_line_m", "rock_slope", "occlusion"});
+    if (!known) return wrong(known.error());
+    SceneMaterials materials;
+    if (const auto palette = value.find("palette"); palette != value.end()) {
+        const auto* const found =
+            std::ranges::find_if(kPaletteNames, [&](const char* name) { return *palette == name; });
+        if (found == kPaletteNames.end()) {
+            return wrong(fmt::format("materials.palette must be one of {}, got {}",
+                                     fmt::join(kPaletteNames, ", "), shown(*palette)));
+        }
+        materials.palette = static_cast<GroundPalette>(found - kPaletteNames.begin());
+    }
+    struct Figure {
+        const char* key;
+        std::optional<double>* value;
+        double low, high;
+    };
+    for (const Figure& figure : {Figure{"snow_line_m", &materials.snow_line, -1e9, 1e9},
+                                 Figure{"rock_slope", &materials.rock_slope, 0.0, 100.0},
+                                 Figure{"occlusion", &materials.occlusion, 0.0, 1.0}}) {
+        if (!value.contains(figure.key)) continue;
+        const Parsed<double> number =
+            read_in_range(value, figure.key, 0.0, figure.low, figure.high);
+        if (!number) return wrong("materials." + number.error());
+        *figure.value = *number;
+    }
+    return materials;
+}
+
+Parsed<SceneWater> read_water(const Json& value) {
+    const auto known = check_keys(value, "water", {"level_m", "waves"});
+    if (!known) return wrong(known.error());
+    if (!value.contains("level_m")) return wrong("water.level_m is missing");
+    SceneWater water;
+    const Parsed<double> level = read_in_range(value, "level_m", 0.0, -1e9, 1e9);
+    if (!level) return wrong("water." + level.error());
+    water.level = *level;
+    const auto waves = value.find("waves");
+    if (waves == value.end()) return water;
+    if (!waves->is_boolean())
+        return wrong("water.waves must be true or false, got " + shown(*waves));
+    water.has_waves = waves->get<bool>();
+    return water;
+}
+
 Result<std::shared_ptr<const ImagerySource>> open_imagery(const SceneImagery& imagery,
                                                           const DemInfo* dem) {
     ImageryRasterSettings settings = imagery.settings;
@@ -163,9 +210,6 @@ Parsed<std::optional<double>> read_proxy_error(const Json& object, const Triangl
     return std::optional<double>(*error);
 }
 
-// Default largest angle between the normals of triangles that are shaded as one smooth surface.
-constexpr double kUsualCrease = 40.0;  // degrees
-
 /// The mesh with its own normals; without, with smooth ones up to the crease angle.
 TriangleMesh with_normals(TriangleMesh mesh, double crease_deg) {
     if (mesh.normals.empty()) {
@@ -191,17 +235,64 @@ Parsed<MeshName> read_mesh_name(const Json& object, const std::string& folder) {
     const Parsed<double> crease = read_in_range(object, "crease_deg", kUsualCrease, 0.0, 180.0);
     if (!crease) return wrong(crease.error());
     name.crease_deg = *crease;
+    const auto levels = object.find("levels");
+    if (levels == object.end()) return name;
+    const auto is_file = [](const Json& each) {
+        return each.is_string() && !each.get_ref<const std::string&>().empty();
+    };
+    if (!levels->is_array() || !std::ranges::all_of(*levels, is_file))
+        return wrong("levels must be a list of files, got " + shown(*levels));
+    for (const Json& each : *levels) {
+        name.levels.push_back((std::filesystem::path(folder) / each.get<std::string>()).string());
+    }
     return name;
 }
 
-Parsed<MeshModel> read_named_mesh(const MeshName& name) {
-    Result<MeshModel> model = read_model(name.file);
-    if (!model) return wrong("mesh: " + model.error().message);
-    if (const Result<void> good = model->mesh.validate(); !good) {
-        return wrong(fmt::format("mesh: '{}': {}", name.file, good.error().message));
+Result<MeshModel> read_shaded_model(const std::string& path, double crease_deg) {
+    TERRANE_TRY(MeshModel model, read_model(path));
+    if (const Result<void> good = model.mesh.validate(); !good) {
+        return fail(good.error().code, fmt::format("'{}': {}", path, good.error().message));
     }
-    model->mesh = with_normals(std::move(model->mesh), name.crease_deg);
-    return *std::move(model);
+    model.mesh = with_normals(std::move(model.mesh), crease_deg);
+    return model;
+}
+
+namespace {
+
+/// Appends the materials of a level to those of the others; plain ones where a level has none.
+void append_materials(MeshModel& level, std::vector<MeshMaterial>& all) {
+    const auto first = static_cast<std::uint16_t>(all.size());
+    if (level.materials.empty()) level.materials.emplace_back();
+    all.insert(all.end(), level.materials.begin(), level.materials.end());
+    level.mesh.materials.resize(level.mesh.positions.size());
+    for (std::uint16_t& material : level.mesh.materials)
+        material = static_cast<std::uint16_t>(material + first);
+}
+
+}  // namespace
+
+Parsed<LevelledModel> read_named_mesh(const MeshName& name) {
+    Result<MeshModel> finest = read_shaded_model(name.file, name.crease_deg);
+    if (!finest) return wrong("mesh: " + finest.error().message);
+    LevelledModel model{*std::move(finest)};
+    bool has_materials = !model.materials.empty();
+    std::vector<MeshModel> coarser;
+    for (std::size_t i = 0; i < name.levels.size(); ++i) {
+        Result<MeshModel> level = read_shaded_model(name.levels[i], name.crease_deg);
+        if (!level) return wrong(fmt::format("levels[{}]: {}", i, level.error().message));
+        has_materials = has_materials || !level->materials.empty();
+        coarser.push_back(*std::move(level));
+    }
+    if (has_materials && !coarser.empty()) {
+        std::vector<MeshMaterial> all;
+        append_materials(model, all);
+        for (MeshModel& level : coarser) append_materials(level, all);
+        if (all.size() > std::numeric_limits<std::uint16_t>::max())
+            return wrong(fmt::format("levels have {} materials", all.size()));
+        model.materials = std::move(all);
+    }
+    for (MeshModel& level : coarser) model.coarser.push_back(std::move(level.mesh));
+    return model;
 }
 
 namespace {
@@ -217,10 +308,11 @@ struct ObjectReader {
         if (!name) return wrong(name.error());
         const auto found = std::ranges::find(mesh_names, *name);
         if (found != mesh_names.end()) return static_cast<std::size_t>(found - mesh_names.begin());
-        Parsed<MeshModel> model = read_named_mesh(*name);
+        Parsed<LevelledModel> model = read_named_mesh(*name);
         if (!model) return wrong(model.error());
         made.meshes.push_back(std::move(model->mesh));
         made.materials.push_back(std::move(model->materials));
+        made.coarser.push_back(std::move(model->coarser));
         mesh_names.push_back(*name);
         made.files.push_back(name->file);
         made.names.push_back(name->name);
@@ -302,18 +394,18 @@ Parsed<SceneObjects> read_objects(const Json& list, const std::string& folder) {
         const Json& each = list[i];
         std::string path = fmt::format("objects[{}]", i);
         const bool is_scatter = each.is_object() && each.contains("scatter");
-        const Parsed<void> known = is_scatter
-                                       ? check_keys(each, path, {"scatter"})
-                                       : check_keys(each, path,
-                                                    {"mesh", "crease_deg", "position", "rotation",
-                                                     "scale", "static", "proxy_error_m"});
+        const Parsed<void> known =
+            is_scatter ? check_keys(each, path, {"scatter"})
+                       : check_keys(each, path,
+                                    {"mesh", "levels", "crease_deg", "position", "rotation",
+                                     "scale", "static", "proxy_error_m"});
         if (!known) return wrong(known.error());
         if (is_scatter) {
             path += ".scatter";
             const Parsed<void> good =
                 check_keys(each["scatter"], path,
-                           {"mesh", "crease_deg", "per_km2", "slope_deg", "height_m", "scale",
-                            "seed", "static", "proxy_error_m"});
+                           {"mesh", "levels", "crease_deg", "per_km2", "slope_deg", "height_m",
+                            "scale", "seed", "static", "proxy_error_m"});
             if (!good) return wrong(good.error());
         }
         const Parsed<void> read =

@@ -7,9 +7,11 @@
 #include <terrane/dem/imagery_raster.h>
 #include <terrane/dem/surface_raster.h>
 #include <terrane/render/material.h>
+#include <terrane/render/terrain_renderer.h>
 #include <terrane/terrain/scatter.h>
 #include <terrane/terrain/triangle_mesh.h>
 
+#include <array>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -29,6 +31,31 @@ struct SceneSurface {
 ///
 /// @param folder base of relative paths
 Parsed<SceneSurface> read_surface(const nlohmann::ordered_json& value, const std::string& folder);
+
+/// Names of the palettes, in the order of GroundPalette.
+inline constexpr std::array<const char*, 5> kPaletteNames{"alpine", "temperate", "desert", "moon",
+                                                          "imagery"};
+
+/// `materials` of a scene: the look of the ground. Absent values are those of GroundLookSettings.
+struct SceneMaterials {
+    std::optional<GroundPalette> palette = {};
+    std::optional<double> snow_line = {};   ///< metres
+    std::optional<double> rock_slope = {};  ///< rise over run
+    std::optional<double> occlusion = {};   ///< 0 to 1
+};
+
+/// Parses `materials` of a scene: `{"palette":"desert","snow_line_m":1800,"rock_slope":0.8,"occlusion":0.6}`, each
+/// optional. Errors begin with the path of the key.
+Parsed<SceneMaterials> read_materials(const nlohmann::ordered_json& value);
+
+/// `water` or `water_m` of a scene.
+struct SceneWater {
+    double level = 0.0;                  ///< metres
+    std::optional<bool> has_waves = {};  ///< absent: as the look of the picture
+};
+
+/// Parses `water` of a scene: `{"level_m":0,"waves":true}`. Errors begin with the path of the key.
+Parsed<SceneWater> read_water(const nlohmann::ordered_json& value);
 
 /// `imagery` of a scene: colours draped over the ground.
 struct SceneImagery {
@@ -64,13 +91,25 @@ struct MeshName {
     std::string file;         ///< path
     std::string name;         ///< of the file in the scene
     double crease_deg = 0.0;  ///< largest angle between triangles that are shaded as one surface
+    std::vector<std::string> levels = {};  ///< paths of coarser levels by an artist, finest first
     bool operator==(const MeshName&) const = default;
 };
 
-/// Reads `mesh` and `crease_deg` of an object or node. @param folder base of relative paths
+/// Reads `mesh`, `levels` and `crease_deg` of an object or node. @param folder base of relative paths
 Parsed<MeshName> read_mesh_name(const nlohmann::ordered_json& object, const std::string& folder);
-/// Reads the file. The mesh has the file's normals, or those of with_crease_normals().
-Parsed<MeshModel> read_named_mesh(const MeshName& name);
+/// Default of `crease_deg`: largest angle between triangles that are shaded as one surface, degrees.
+inline constexpr double kUsualCrease = 40.0;
+
+/// Reads a mesh file with normals: the file's, or those of with_crease_normals().
+///
+/// Fails: as read_model() and TriangleMesh::validate()
+Result<MeshModel> read_shaded_model(const std::string& path, double crease_deg = kUsualCrease);
+/// A mesh that an object or node names, with the coarser levels of an artist.
+struct LevelledModel : MeshModel {
+    std::vector<TriangleMesh> coarser = {};  ///< their materials are indices of those of all levels
+};
+/// The same for the mesh that an object or node names, and for its levels.
+Parsed<LevelledModel> read_named_mesh(const MeshName& name);
 
 /// An individually placed mesh.
 struct SceneObject {
@@ -95,6 +134,8 @@ struct SceneObjects {
     std::vector<TriangleMesh> meshes;  ///< with normals; vertices of equal positions differ in them
     /// [meshes] each indexed by TriangleMesh::materials; empty, of a mesh or of all: plain, one-sided.
     std::vector<std::vector<MeshMaterial>> materials;
+    std::vector<std::vector<TriangleMesh>>
+        coarser;  ///< [meshes] levels by an artist, finest first; empty, of a mesh or of all: none
     std::vector<std::string> files;  ///< [meshes] paths
     std::vector<std::string> names;  ///< [meshes] names of the files in the scene
     std::vector<SceneObject> objects;

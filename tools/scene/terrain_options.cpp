@@ -157,14 +157,14 @@ constexpr const char* kGdalCache_mb = "256";
 
 using Json = nlohmann::ordered_json;
 
-const std::array<std::string, 17> kSceneKeys{
-    "dem",          "seed",    "fractal",  "detail_m", "bodies",  "surface",
-    "volumes",      "objects", "nodes",    "water_m",  "imagery", "height_unit",
-    "height_scale", "nodata",  "encoding", "cell_m",   "project"};
+const std::array<std::string, 19> kSceneKeys{
+    "dem",          "seed",   "fractal",  "detail_m", "bodies",  "surface",   "volumes",
+    "objects",      "nodes",  "water",    "water_m",  "imagery", "materials", "height_unit",
+    "height_scale", "nodata", "encoding", "cell_m",   "project"};
 
 /// Keys that not every command uses.
-constexpr std::array<std::string_view, 7> kPartKeys{"bodies", "surface", "volumes", "objects",
-                                                    "nodes",  "imagery", "water_m"};
+constexpr std::array<std::string_view, 9> kPartKeys{
+    "bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials", "water", "water_m"};
 
 std::string quoted(const std::string& text) { return "'" + text + "'"; }
 
@@ -311,7 +311,8 @@ CommandResult<Terrain> play_scene(const std::string& path, TerrainOptions scene,
     terrain.bodies = std::move(scene.bodies);
     terrain.objects = std::move(scene.objects);
     terrain.nodes = std::move(scene.nodes);
-    terrain.water_m = scene.water_m;
+    terrain.water = scene.water;
+    terrain.materials = scene.materials;
     if (scene.imagery) {
         TERRANE_TRY(auto imagery,
                     open_imagery(*scene.imagery, terrain.dem ? &*terrain.dem : nullptr));
@@ -386,7 +387,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
         "which drop, drive and walk play, and fly shows, surface, the friction by place, "
         "volumes: caves, tunnels, digs, objects, which fly, drive and walk show and mesh writes, "
         "nodes, which they show, "
-        "and for pictures water_m, the level of water, and imagery, a raster of colours. A note "
+        "and for pictures materials of the ground, water, and imagery, a raster of colours. A note "
         "names those that the command does not use");
     scene_option->type_name("FILE.json")->group("Terrain");
     scene_option->excludes("--dem")->excludes("--seed")->excludes("--fractal");
@@ -519,8 +520,20 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
             if (!imagery) return failure(fmt::format("scene '{}': {}", path, imagery.error()));
             options.imagery = *std::move(imagery);
         } else if (key == "water_m") {
-            if (!value.is_number() || !std::isfinite(value.get<double>())) return wrong("a number");
-            options.water_m = value.get<double>();
+            if (!value.is_number() || !(std::abs(value.get<double>()) <= 1e9))
+                return wrong("a number within 1e9");
+            if (scene->contains("water"))
+                return failure(
+                    fmt::format("scene '{}': water and water_m exclude each other", path));
+            options.water = SceneWater{.level = value.get<double>()};
+        } else if (key == "water") {
+            const Parsed<SceneWater> water = read_water(value);
+            if (!water) return failure(fmt::format("scene '{}': {}", path, water.error()));
+            options.water = *water;
+        } else if (key == "materials") {
+            const Parsed<SceneMaterials> materials = read_materials(value);
+            if (!materials) return failure(fmt::format("scene '{}': {}", path, materials.error()));
+            options.materials = *materials;
         } else if (key == "bodies") {
             Parsed<std::vector<PlacedBody>> bodies = read_bodies(value, folder.string());
             if (!bodies) return failure(fmt::format("scene '{}': {}", path, bodies.error()));

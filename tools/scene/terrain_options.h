@@ -73,16 +73,17 @@ struct TerrainOptions {
     RasterOptions raster = {};                         ///< meaning of a raster's numbers
     std::optional<double> dem_memory_mb;  ///< memory limit for opening a raster, mebibytes
     std::vector<PlacedBody> bodies = {};  ///< of a scene
-    std::optional<SceneSurface> surface = std::nullopt;    ///< of a scene
-    std::shared_ptr<const SceneVolumes> volumes = {};      ///< of a scene; null: none
-    std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
-    std::shared_ptr<const SceneNodes> nodes = {};          ///< of a scene; null: none
-    std::optional<double> water_m = std::nullopt;          ///< of a scene
-    std::optional<SceneImagery> imagery = std::nullopt;    ///< of a scene
-    std::optional<double> world_m = std::nullopt;          ///< side of a fractal's world, metres
-    WorldKind world = WorldKind::windowed;                 ///< of a fractal without world_m
-    std::optional<WorldVec2> start = std::nullopt;         ///< start position of commands, metres
-    std::optional<WorldVec2> start_lonlat = std::nullopt;  ///< the same as longitude and latitude
+    std::optional<SceneSurface> surface = std::nullopt;      ///< of a scene
+    std::shared_ptr<const SceneVolumes> volumes = {};        ///< of a scene; null: none
+    std::shared_ptr<const SceneObjects> objects = {};        ///< of a scene; null: none
+    std::shared_ptr<const SceneNodes> nodes = {};            ///< of a scene; null: none
+    std::optional<SceneWater> water = std::nullopt;          ///< of a scene
+    std::optional<SceneMaterials> materials = std::nullopt;  ///< of a scene
+    std::optional<SceneImagery> imagery = std::nullopt;      ///< of a scene
+    std::optional<double> world_m = std::nullopt;            ///< side of a fractal's world, metres
+    WorldKind world = WorldKind::windowed;                   ///< of a fractal without world_m
+    std::optional<WorldVec2> start = std::nullopt;           ///< start position of commands, metres
+    std::optional<WorldVec2> start_lonlat = std::nullopt;    ///< the same as longitude and latitude
     std::string cache;         ///< a folder, "beside" or "off"; "": the user's cache folder
     std::string command = {};  ///< name of the command, for notes
     std::vector<std::string> scene_parts = {};  ///< see add_terrain_options(); of a scene: its own
@@ -91,8 +92,8 @@ struct TerrainOptions {
 /// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --start-lonlat, --dem-memory-mb, --cache
 /// and the flags of RasterOptions. `options` must outlive the app's parse().
 ///
-/// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, nodes, imagery
-///                    and water_m: open_terrain() notes the others that a scene has
+/// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, nodes, imagery,
+///                    materials and water (and water_m): open_terrain() notes the others that a scene has
 void add_terrain_options(CLI::App& app, TerrainOptions& options,
                          std::initializer_list<const char*> scene_parts);
 
@@ -103,12 +104,13 @@ struct Terrain {
     std::string name;                               ///< for messages: the raster's path or the seed
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
     std::vector<PlacedBody> bodies = {};            ///< of a scene
-    std::shared_ptr<const SurfaceMap> surface = {};        ///< of a scene; null: none
-    std::shared_ptr<const SceneVolumeField> volumes = {};  ///< of a scene; null: none
-    std::shared_ptr<const SceneObjects> objects = {};      ///< of a scene; null: none
-    std::shared_ptr<const SceneNodes> nodes = {};          ///< of a scene; null: none
-    std::optional<double> water_m = std::nullopt;          ///< level of water, of a scene
-    std::shared_ptr<const ImagerySource> imagery = {};     ///< of a scene; null: none
+    std::shared_ptr<const SurfaceMap> surface = {};          ///< of a scene; null: none
+    std::shared_ptr<const SceneVolumeField> volumes = {};    ///< of a scene; null: none
+    std::shared_ptr<const SceneObjects> objects = {};        ///< of a scene; null: none
+    std::shared_ptr<const SceneNodes> nodes = {};            ///< of a scene; null: none
+    std::optional<SceneWater> water = std::nullopt;          ///< of a scene
+    std::optional<SceneMaterials> materials = std::nullopt;  ///< of a scene
+    std::shared_ptr<const ImagerySource> imagery = {};       ///< of a scene; null: none
     std::shared_ptr<const HeightSource> heightfield =
         {};                   ///< the source without its volumes; null: none
     bool is_endless = false;  ///< whether a fractal's world is as large as its spacing allows
@@ -137,8 +139,9 @@ CommandResult<std::shared_ptr<const HeightSource>> with_volumes(
 
 /// Parses a scene file: {"dem": "file.tif", "seed": 7, "detail_m": 1} or {"seed": 7, "fractal": "ridged"}, with
 /// `bodies` (read_bodies()), `surface` (read_surface()), `volumes` (read_volumes()), `objects` (read_objects()),
-/// `nodes` (read_nodes()), `imagery` (read_imagery()), `water_m` and the keys of RasterOptions as optional keys;
-/// refuses other keys. Paths of files are relative to the folder of the scene file.
+/// `nodes` (read_nodes()), `imagery` (read_imagery()), `materials` (read_materials()), `water` (read_water()),
+/// `water_m` and the keys of RasterOptions as optional keys; refuses other keys. Paths of files are relative to the
+/// folder of the scene file.
 ///
 /// @param path of the scene file: for messages and relative paths
 CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::string& path);

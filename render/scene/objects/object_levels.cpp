@@ -2,20 +2,25 @@
 #include <terrane/scene/culling.h>
 #include <terrane/scene/object_levels.h>
 #include <terrane/terrain/progressive_mesh.h>
+#include <terrane/terrain/surface_distance.h>
 #include <terrane/terrain/texture_shift.h>
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 
 namespace terrane {
 namespace {
 
 // Errors of the levels relative to the size of the object: each at least kLeastLevelRatio times the previous one.
-constexpr std::array kLevelErrors = {0.001, 0.003, 0.01};
+constexpr std::array kLevelErrors = {0.001, 0.003, 0.01, 0.03, 0.1};
+constexpr std::size_t kBeforeImpostor = 3;  // those of them that an impostor follows
 // The impostor replaces the mesh at a size of about 50 pixels, where the impostor's picture is displaced by 1 pixel.
 constexpr double kImpostorError = 0.02;
 // Meshes of at least this many triangles get continuous levels when near: smaller ones save too little
@@ -88,7 +93,8 @@ Result<ObjectLevels> make_object_levels(const TriangleMesh& mesh, bool has_impos
         made.morph_targets.emplace_back();
     };
     add(0.0);
-    for (const double error : kLevelErrors) {
+    const std::span<const double> errors = kLevelErrors;
+    for (const double error : has_impostor ? errors.first(kBeforeImpostor) : errors) {
         const std::size_t before = made.triangles.back().size();
         progressive.set_error(error * size);
         if (has_textures) limit_texture_shift(progressive, error * size, before);
@@ -112,6 +118,77 @@ Result<ObjectLevels> make_object_levels(const TriangleMesh& mesh, bool has_impos
         made.model.continuous = std::make_shared<const ProgressiveMesh>(std::move(progressive));
     }
     made.model.absence_error_m = size;
+    TERRANE_TRY(made.model.validate());
+    return made;
+}
+
+namespace {
+
+/// Values of an attribute for `before` vertices and those of another mesh; none if neither has any.
+template <class Value>
+void append(std::vector<Value>& to, std::size_t before, const std::vector<Value>& from,
+            std::size_t count, const Value& usual) {
+    if (to.empty() && from.empty()) return;
+    to.resize(before, usual);
+    to.insert(to.end(), from.begin(), from.end());
+    to.resize(before + count, usual);
+}
+
+/// Appends the vertices of a mesh. @return the mesh's triangles, as indices of `all`
+std::vector<TriangleMesh::Triangle> append_vertices(TriangleMesh& all, const TriangleMesh& mesh) {
+    const std::size_t before = all.positions.size(), count = mesh.positions.size();
+    all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+    append(all.normals, before, mesh.normals, count, Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
+    append(all.texture_coordinates, before, mesh.texture_coordinates, count,
+           Eigen::Vector2f(Eigen::Vector2f::Zero()));
+    append(all.colours, before, mesh.colours, count, {255, 255, 255, 255});
+    append(all.materials, before, mesh.materials, count, std::uint16_t{0});
+    std::vector<TriangleMesh::Triangle> triangles = mesh.triangles;
+    for (TriangleMesh::Triangle& corners : triangles) {
+        for (std::uint32_t& corner : corners) corner += static_cast<std::uint32_t>(before);
+    }
+    return triangles;
+}
+
+}  // namespace
+
+Result<ObjectLevels> make_object_levels(std::span<const TriangleMesh> meshes, bool has_impostor) {
+    if (meshes.size() == 1) return make_object_levels(meshes[0], has_impostor);
+    const auto refuse = [](std::size_t level, const std::string& what) {
+        return fail(ErrorCode::invalid_argument, "level " + std::to_string(level) + " " + what);
+    };
+    if (meshes.empty()) return refuse(0, "is missing");
+    ObjectLevels made;
+    double error = 0.0;
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const TriangleMesh& mesh = meshes[i];
+        if (const Result<void> good = mesh.validate(); !good)
+            return refuse(i, "is invalid: " + good.error().message);
+        if (mesh.triangles.empty()) return refuse(i, "has no triangles");
+        if (i > 0 && mesh.triangles.size() >= meshes[i - 1].triangles.size()) {
+            return refuse(i, "has " + std::to_string(mesh.triangles.size()) +
+                                 " triangles, not fewer than the " +
+                                 std::to_string(meshes[i - 1].triangles.size()) +
+                                 " of the level before");
+        }
+        if (i > 0) {
+            error = std::max({bound_surface_distance(meshes[0], mesh), kLeastLevelRatio * error,
+                              std::numeric_limits<double>::min()});
+        }
+        made.model.levels.push_back({.error_m = error,
+                                     .triangles = static_cast<std::uint32_t>(mesh.triangles.size()),
+                                     .mesh_level = static_cast<std::uint32_t>(i)});
+        made.triangles.push_back(append_vertices(made.mesh, mesh));
+        made.morph_targets.emplace_back();
+    }
+    made.model.bounds = bounding_box(made.mesh.positions);
+    const double size = (made.model.bounds.high - made.model.bounds.low).norm();
+    if (has_impostor && meshes.back().triangles.size() > 2) {
+        error = std::max(kImpostorError * size, kLeastLevelRatio * error);
+        made.model.impostor = ImpostorId{0};
+        made.model.levels.push_back({.error_m = error, .triangles = 2, .is_impostor = true});
+    }
+    made.model.absence_error_m = std::max(size, kLeastLevelRatio * error);
     TERRANE_TRY(made.model.validate());
     return made;
 }

@@ -24,7 +24,7 @@ inline TerrainRenderer make_renderer(EglContext& context, int width, int height)
 
 /// Draws objects without terrain, and waits for the picture.
 inline void draw_objects(TerrainRenderer& renderer, const View& view, const SceneDraws& draws) {
-    value_or_exit(renderer.draw({}, view, {}, draws));
+    value_or_exit(renderer.draw({}, view, draws));
     renderer.read();
 }
 

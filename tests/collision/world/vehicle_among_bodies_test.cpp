@@ -318,7 +318,7 @@ TEST(PathDriver, TakesARingAtTheSpeedThatItsLateralAccelerationAllows) {
 TEST(PathDriver, TakesATrackedVehicleUpASlopeThatItStandsAcross) {
     for (const double slope : {0.15, 0.25, 0.35}) {
         const Ground ground =
-            make_test_ground([slope](double x, double) { return slope * (x - 60.0); }, {});
+            make_test_ground([slope](double x, double) { return slope * (x - 60.0); }, 1.0, 2);
         for (const double quarter_turns : {0.5, 1.0, -1.0}) {
             SCOPED_TRACE(testing::Message() << slope << " " << quarter_turns);
             Pose start{.translation = {60.0, 128.0, 1.5}};

@@ -118,26 +118,11 @@ struct RendererSettings {
     std::size_t texture_bytes = std::size_t{256} << 20;
 };
 
-/// A solid drawn with the terrain: a part of a vehicle or body.
-struct DrawnObject {
-    /// The solid, before `world_from_object`.
-    enum class Form {
-        box,        ///< from -extents to extents
-        ellipsoid,  ///< semi-axes are the extents
-        cylinder,   ///< about z, open at its ends
-    };
-    Form form = Form::box;   ///< which solid is drawn
-    Pose world_from_object;  ///< position of its centre, and its axes
-    Eigen::Vector3d extents =
-        Eigen::Vector3d::Constant(0.5);  ///< half extents along its axes, metres, 0 to below 1e5
-    Colour colour{0.8f, 0.2f, 0.1f};     ///< before lighting, 0 to 1
-};
-
 /// Statistics of the last successful draw().
 struct DrawCounts {
     std::size_t chunks_drawn = 0;   ///< chunks of the mesh that were submitted
     std::size_t chunks_culled = 0;  ///< chunks of the mesh that were not, being out of view
-    std::size_t objects_drawn = 0;  ///< instances, streamed objects and DrawnObjects
+    std::size_t objects_drawn = 0;  ///< instances and streamed objects
     std::size_t triangles = 0;      ///< of scene objects and particles; excludes the ground
     std::size_t triangles_culled =
         0;  ///< part of `triangles`: in back-facing clusters, not submitted
@@ -178,12 +163,9 @@ public:
     /// whose eye is more than 2^49 lattice spacings from the origin, and for a mesh with chunks outside its resident
     /// set or too few indices; the previous frame is then kept. Fails with device_unavailable for OpenGL errors.
     ///
-    /// @param objects simple solids; draw() also fails with invalid_argument for poses that are not finite, and for
-    ///                extents and colours out of range
-    /// @param scene   draw list with ids of this renderer; draw() also fails with invalid_argument for a mesh, level,
-    ///                impostor or range that does not exist, and for numbers that are not finite or out of range
-    Result<void> draw(const TerrainMesh& mesh, const View& view,
-                      std::span<const DrawnObject> objects = {}, const SceneDraws& scene = {});
+    /// @param scene draw list with ids of this renderer; draw() also fails with invalid_argument for a mesh, level,
+    ///              impostor or range that does not exist, and for numbers that are not finite or out of range
+    Result<void> draw(const TerrainMesh& mesh, const View& view, const SceneDraws& scene = {});
 
     /// Sets the time of moving water for the following calls of draw(), seconds, 0 at first. The same time gives the
     /// same waves. Fails with invalid_argument for a time that is not finite.

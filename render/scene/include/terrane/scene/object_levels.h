@@ -7,6 +7,7 @@
 #include <terrane/terrain/triangle_mesh.h>
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace terrane {
@@ -29,9 +30,20 @@ struct ObjectLevels {
 /// In a mesh with texture coordinates the errors also limit how far the texture is displaced (texture_shift_m()), seams
 /// are kept, and there are no continuous levels.
 ///
-/// @param has_impostor false: the coarsest level is a mesh too
+/// @param has_impostor false: in place of the impostor there are meshes with errors up to a tenth of the mesh's size
 ///
 /// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
 Result<ObjectLevels> make_object_levels(const TriangleMesh& mesh, bool has_impostor = true);
+
+/// The same for levels that an artist made, of one mesh or more, finest first. The error of a level is the certified
+/// distance of its surface from that of the finest (bound_surface_distance()), but at least kLeastLevelRatio times that
+/// of the level before. Levels cross-fade. One mesh alone gets levels as above.
+///
+/// @param meshes each with fewer triangles than the one before; materials of all are indices of one list
+///
+/// Fails: invalid_argument, naming the level, for no mesh, for one that TriangleMesh::validate() refuses or without
+///        triangles, and for one that saves no triangle
+Result<ObjectLevels> make_object_levels(std::span<const TriangleMesh> meshes,
+                                        bool has_impostor = true);
 
 }  // namespace terrane

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+#include "frames/body_nodes.h"
+
+#include "scene/body_forms.h"
+#include "scene/scene_objects.h"
+#include "scene/shape_meshes.h"
+
+#include <terrane/terrain/primitive_meshes.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+namespace terrane::tools {
+namespace {
+
+constexpr Tint kAwake{1.0f, 1.0f, 1.0f};
+constexpr float kAsleep = 0.55f;  // brightness of sleeping bodies
+constexpr float kStatic = 0.7f;   // and of static ones
+
+Tint scaled(const Tint& tint, float share) {
+    return {share * tint[0], share * tint[1], share * tint[2]};
+}
+
+// The chassis and bodywork that collide.
+Result<TriangleMesh> make_chassis_proxy(const VehicleSettings& settings) {
+    std::vector<CompoundPart> parts{{Box{settings.chassis_half_extents}, Pose{}}};
+    parts.insert(parts.end(), settings.bodywork.begin(), settings.bodywork.end());
+    TERRANE_TRY(const Compound compound, Compound::create(parts));
+    return make_shape_mesh(Shape(compound));
+}
+
+// @param direction in which it leaves, in the chassis's frame
+EmitterNode make_exhaust(const Eigen::Vector3d& direction) {
+    EmitterNode smoke;
+    smoke.rate = 30.0;
+    smoke.life = {0.6, 1.4};
+    smoke.source_radius = 0.03;
+    smoke.velocity = 1.2 * direction;
+    smoke.velocity_spread = 0.25;
+    smoke.drag_time = 0.5;
+    smoke.acceleration = {0.0, 0.0, 0.6};
+    smoke.radius = {0.06, 0.5};
+    smoke.colours = {{{0.30f, 0.30f, 0.31f, 0.35f}, {0.50f, 0.50f, 0.50f, 0.0f}}};
+    smoke.most_particles = 64;
+    smoke.start = 0.0;
+    return smoke;
+}
+
+// Dust behind a wheel, of which the opacity depends on the speed at which the wheel passes over the ground.
+EmitterNode make_dust(std::size_t wheel, double radius) {
+    EmitterNode dust;
+    dust.rate = 30.0;
+    dust.life = {0.8, 2.0};
+    dust.source_radius = 0.3 * radius;
+    dust.velocity = {0.0, 0.0, 0.7};
+    dust.velocity_spread = 0.7;
+    dust.drag_time = 0.6;
+    dust.radius = {0.4 * radius, 2.5 * radius};
+    dust.colours = {{{0.62f, 0.54f, 0.42f, 0.28f}, {0.66f, 0.60f, 0.50f, 0.0f}}};
+    dust.most_particles = 64;
+    dust.seed = wheel + 1;
+    dust.start = 0.0;
+    return dust;
+}
+
+// 0 at walking speed, 1 from 14 m/s on.
+float dust_strength(const VehicleState& state, const WheelState& wheel) {
+    if (!wheel.in_contact) return 0.0f;
+    const double speed = state.chassis.velocity.norm() + std::abs(wheel.side_slip);
+    return static_cast<float>(std::clamp((speed - 2.0) / 12.0, 0.0, 1.0));
+}
+
+}  // namespace
+
+void BodyNodes::set_mesh(const Shape& shape, const std::string& path, double scale) {
+    const auto is_known = [&](const Form& form) { return is_same_shape(form.shape, shape); };
+    if (std::ranges::any_of(forms_, is_known)) return;
+    forms_.push_back({.shape = shape, .mesh_file = path, .scale = scale});
+}
+
+void BodyNodes::set_meshes(std::span<const PlacedBody> bodies) {
+    for (const PlacedBody& body : bodies) {
+        if (!body.mesh_file.empty()) set_mesh(body.settings.shape, body.mesh_file);
+    }
+}
+
+Result<MeshModel> BodyNodes::look_of(const Form& form) const {
+    if (shows_proxies_) {
+        TERRANE_TRY(TriangleMesh mesh, make_shape_mesh(form.shape));
+        return MeshModel{.mesh = std::move(mesh), .materials = {}};
+    }
+    if (form.mesh_file.empty()) {
+        TERRANE_TRY(TriangleMesh mesh, make_shape_mesh(form.shape));
+        const Box* const box = std::get_if<Box>(&form.shape);
+        if (box != nullptr) return make_crate_form(box->half_extents);
+        return MeshModel{.mesh = std::move(mesh), .materials = {}};
+    }
+    TERRANE_TRY(MeshModel model, read_shaded_model(form.mesh_file));
+    for (Eigen::Vector3d& p : model.mesh.positions) p *= form.scale;
+    return model;
+}
+
+// The model of a shape, made when it is first needed.
+Result<ModelId> BodyNodes::model_of(const Shape& shape) {
+    auto form = std::ranges::find_if(
+        forms_, [&](const Form& each) { return is_same_shape(each.shape, shape); });
+    if (form == forms_.end()) form = forms_.insert(form, {.shape = shape});
+    if (form->model) return *form->model;
+    TERRANE_TRY(const MeshModel look, look_of(*form));
+    TERRANE_TRY(form->model, field_->add_body_model(look, renderer_));
+    return *form->model;
+}
+
+Result<BodyNodes::Part> BodyNodes::add(ModelId model) {
+    Scene& scene = field_->scene();
+    TERRANE_TRY(const NodeId node,
+                scene.add(scene.root(), {}, ModelNode{.model = model, .tint = kAwake}));
+    return Part{node, model, kAwake};
+}
+
+Result<void> BodyNodes::place(Part& part, const Pose& pose_world, const Tint& tint) {
+    Scene& scene = field_->scene();
+    TERRANE_TRY(scene.set_place(part.node, {.parent_from_node = pose_world}));
+    if (tint == part.tint) return {};
+    part.tint = tint;
+    return scene.set_content(part.node, ModelNode{.model = part.model, .tint = tint});
+}
+
+Result<void> BodyNodes::show(std::size_t body, const Shape& shape, const BodyState& state,
+                             const Tint& tint) {
+    auto known = bodies_.find(body);
+    if (state.condition == BodyCondition::left_world || state.condition == BodyCondition::removed) {
+        if (known == bodies_.end()) return {};
+        field_->scene().remove(known->second.node);
+        bodies_.erase(known);
+        return {};
+    }
+    if (known == bodies_.end()) {
+        TERRANE_TRY(const ModelId model, model_of(shape));
+        TERRANE_TRY(const Part part, add(model));
+        known = bodies_.emplace(body, part).first;
+    }
+    const float share = state.condition == BodyCondition::asleep  ? kAsleep
+                        : state.condition == BodyCondition::fixed ? kStatic
+                                                                  : 1.0f;
+    return place(known->second, state.pose, scaled(tint, share));
+}
+
+Result<void> BodyNodes::add(const MeshModel& model, std::size_t count,
+                            std::vector<Part>& parts_out) {
+    TERRANE_TRY(const ModelId id, field_->add_body_model(model, renderer_));
+    for (; count > 0; --count) {
+        TERRANE_TRY(const Part part, add(id));
+        parts_out.push_back(part);
+    }
+    return {};
+}
+
+Result<void> BodyNodes::place(std::vector<Part>& parts, std::span<const Pose> poses_world) {
+    for (std::size_t i = 0; i < parts.size(); ++i)
+        TERRANE_TRY(place(parts[i], poses_world[i], kAwake));
+    return {};
+}
+
+Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const VehicleState& state) {
+    VehicleForm form;
+    if (shows_proxies_) {
+        TERRANE_TRY(form.body.mesh, make_chassis_proxy(settings));
+        TERRANE_TRY(form.wheel.mesh, make_shape_mesh(Shape(Sphere{settings.wheel_radius})));
+    } else {
+        TERRANE_TRY(form, make_vehicle_form(settings));
+    }
+    Vehicle made;
+    TERRANE_TRY(const ModelId body, field_->add_body_model(form.body, renderer_));
+    TERRANE_TRY(made.body, add(body));
+    TERRANE_TRY(add(form.wheel, state.wheels.size(), made.wheels));
+    if (form.link)
+        TERRANE_TRY(add(*form.link, track_link_poses(settings, state).size(), made.links));
+    if (form.sprocket)
+        TERRANE_TRY(add(*form.sprocket, sprocket_poses(settings, state).size(), made.sprockets));
+    if (!shows_proxies_) {
+        Scene& scene = field_->scene();
+        TERRANE_TRY(made.exhaust,
+                    scene.add(made.body.node, {.parent_from_node = {.translation = form.exhaust}},
+                              make_exhaust(form.exhaust_direction)));
+        for (std::size_t i = 0; i < state.wheels.size(); ++i) {
+            TERRANE_TRY(const NodeId dust,
+                        scene.add(scene.root(), {}, make_dust(i, settings.wheel_radius)));
+            made.dust.push_back(dust);
+        }
+    }
+    vehicle_ = std::move(made);
+    return {};
+}
+
+Result<void> BodyNodes::show_dust(const VehicleSettings& settings, const VehicleState& state) {
+    Scene& scene = field_->scene();
+    for (std::size_t i = 0; i < vehicle_->dust.size(); ++i) {
+        const WheelState& wheel = state.wheels[i];
+        const WorldPos below =
+            wheel.centre_world - Eigen::Vector3d(0.0, 0.0, settings.wheel_radius);
+        TERRANE_TRY(scene.set_place(
+            vehicle_->dust[i],
+            {.parent_from_node = {.translation = wheel.in_contact ? wheel.point_world : below}}));
+        EmitterNode dust = make_dust(i, settings.wheel_radius);
+        dust.strength = dust_strength(state, wheel);
+        TERRANE_TRY(scene.set_content(vehicle_->dust[i], std::move(dust)));
+    }
+    return {};
+}
+
+Result<void> BodyNodes::show(const VehicleSettings& settings, const VehicleState& state) {
+    if (!vehicle_) TERRANE_TRY(add_vehicle(settings, state));
+    const Pose& chassis = state.chassis.pose;
+    TERRANE_TRY(place(vehicle_->body, chassis, kAwake));
+    for (std::size_t i = 0; i < vehicle_->wheels.size(); ++i)
+        TERRANE_TRY(place(vehicle_->wheels[i], wheel_pose(settings, state, i), kAwake));
+    if (!vehicle_->links.empty()) {
+        TERRANE_TRY(place(vehicle_->links, track_link_poses(settings, state)));
+        TERRANE_TRY(place(vehicle_->sprockets, sprocket_poses(settings, state)));
+    }
+    return show_dust(settings, state);
+}
+
+Result<void> BodyNodes::show(const CharacterSettings& settings, const Pose& pose_world,
+                             double walked, double speed) {
+    if (shows_proxies_) {
+        if (character_.empty()) {
+            MeshModel capsule;
+            TERRANE_TRY(capsule.mesh, make_capsule_mesh(settings.radius, settings.half_height));
+            TERRANE_TRY(add(capsule, 1, character_));
+        }
+        return place(character_, {&pose_world, 1});
+    }
+    if (character_.empty()) {
+        for (const MeshModel& part : make_character_form(settings).parts)
+            TERRANE_TRY(add(part, 1, character_));
+    }
+    return place(character_, character_part_poses(settings, pose_world, walked, speed));
+}
+
+}  // namespace terrane::tools

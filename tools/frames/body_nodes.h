@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "frames/object_field.h"
+#include "scene/scene_bodies.h"
+#include "scene/vehicle_forms.h"
+
+#include <terrane/collision/vehicle.h>
+#include <terrane/collision/world.h>
+#include <terrane/scene/scene.h>
+
+#include <array>
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Factor of the colours of a node.
+using Tint = std::array<float, 3>;
+
+/// Shows bodies, a vehicle and a character as nodes of the scene of an ObjectField, so that they share the triangle
+/// budget, culling and shadows of its objects. Call show() for each frame before it is made.
+class BodyNodes {
+public:
+    /// @param field    must outlive the nodes
+    /// @param renderer receives the meshes, and must outlive the nodes; null if no frames are drawn
+    /// @param proxies  whether bodies are shown as their collision shapes, also those with a mesh of their own
+    BodyNodes(ObjectField& field, TerrainRenderer* renderer, bool proxies)
+        : field_(&field), renderer_(renderer), shows_proxies_(proxies) {}
+
+    /// Makes all bodies of a shape look like a mesh file.
+    ///
+    /// @param scale multiplies the file's points
+    void set_mesh(const Shape& shape, const std::string& path, double scale = 1.0);
+    /// The same for those bodies of a scene that have a mesh.
+    void set_meshes(std::span<const PlacedBody> bodies);
+
+    /// Places the node of a body at its pose; sleeping bodies are darker, static ones grey. Hides a body that has left
+    /// the world or was removed.
+    ///
+    /// @param body  identifies the body in later calls; its shape must stay the same
+    ///
+    /// Fails: as make_shape_mesh(), read_model(), make_object_levels() and TerrainRenderer::add_mesh()
+    Result<void> show(std::size_t body, const Shape& shape, const BodyState& state,
+                      const Tint& tint = {1.0f, 1.0f, 1.0f});
+
+    /// Shows the vehicle, with exhaust and dust. Fails as show()
+    Result<void> show(const VehicleSettings& settings, const VehicleState& state);
+
+    /// Shows the character in a step of its walk: see character_part_poses(). Fails as show()
+    Result<void> show(const CharacterSettings& settings, const Pose& pose_world, double walked,
+                      double speed);
+
+private:
+    /// A model that is moved.
+    struct Part {
+        NodeId node{};
+        ModelId model{};
+        Tint tint{};
+    };
+    struct Form {
+        Shape shape;
+        std::string mesh_file = {};         // "": the look of the shape
+        double scale = 1.0;                 // of the mesh
+        std::optional<ModelId> model = {};  // none: not shown yet
+    };
+    struct Vehicle {
+        Part body;
+        std::vector<Part> wheels, links, sprockets;
+        NodeId exhaust{};
+        std::vector<NodeId> dust;  // [wheels]
+    };
+
+    Result<MeshModel> look_of(const Form& form) const;
+    Result<ModelId> model_of(const Shape& shape);
+    Result<Part> add(ModelId model);
+    Result<void> add(const MeshModel& model, std::size_t count, std::vector<Part>& parts_out);
+    Result<void> place(std::vector<Part>& parts, std::span<const Pose> poses_world);
+    Result<void> place(Part& part, const Pose& pose_world, const Tint& tint);
+    Result<void> add_vehicle(const VehicleSettings& settings, const VehicleState& state);
+    Result<void> show_dust(const VehicleSettings& settings, const VehicleState& state);
+
+    ObjectField* field_;
+    TerrainRenderer* renderer_;
+    bool shows_proxies_;
+    std::vector<Form> forms_;  // of different shapes
+    std::map<std::size_t, Part> bodies_;
+    std::optional<Vehicle> vehicle_;
+    std::vector<Part> character_;
+};
+
+}  // namespace terrane::tools
