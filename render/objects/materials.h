@@ -20,15 +20,11 @@
 
 namespace terrane::internal {
 
-/// What a material has besides the vertices' colours: bits, each with a macro of texture.glsl.
-enum MaterialFeature : unsigned {
-    kColourTexture = 1,
-    kNormalTexture = 2,
-    kGloss = 4,         ///< roughness below 1, or metal
-    kGlossTexture = 8,  ///< with kGloss
-    kCut = 16,
-    kEmission = 32,
-};
+// What a material has besides the vertices' colours: bits, each with a macro of texture.glsl.
+inline constexpr unsigned kColourTexture = 1, kNormalTexture = 2;
+inline constexpr unsigned kGloss = 4;         ///< roughness below 1, or metal
+inline constexpr unsigned kGlossTexture = 8;  ///< with kGloss
+inline constexpr unsigned kCut = 16, kEmission = 32;
 
 /// A texture on the device, and its image, from which mipmaps that were dropped are made again.
 struct StoredTexture {

@@ -141,7 +141,8 @@ TEST(Atmosphere, LaterScatteringsAreASeriesOfTheSecond) {
         for (const double sun_sine : {0.1, 0.8}) {
             Rgb second = Rgb::Zero(), returned = Rgb::Zero();
             for (int i = 0; i < kElevations * kTurns; ++i) {
-                const double sine = (2.0 * (i / kTurns) + 1.0) / kElevations - 1.0;
+                const int elevation = i / kTurns;
+                const double sine = (2.0 * elevation + 1.0) / kElevations - 1.0;
                 const AirRay ray{altitude, sine, sun_sine};
                 const double towards =
                     sine * sun_sine + std::sqrt((1.0 - sine * sine) * (1.0 - sun_sine * sun_sine)) *
@@ -365,9 +366,10 @@ TEST_F(AtmosphereTest,
         wall.extents = {1.0, 9e4, 1200.0};
         wall.world_from_solid.translation = {400'000.0, -9e4, 0.0};
         const Image image = draw(renderer, TerrainMesh{}, level, {&wall, 1});
+        const int middle = kHeight / 2;
         for (int part = 0; part < 3; ++part) {
-            EXPECT_NEAR(pixel(image, 10, kHeight / 2)[part],
-                        pixel(image, kWidth - 10, kHeight / 2)[part], 6.0)
+            EXPECT_NEAR(pixel(image, 10, middle)[part], pixel(image, kWidth - 10, middle)[part],
+                        6.0)
                 << elevation << " " << part;
         }
     }

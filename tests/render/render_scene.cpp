@@ -35,7 +35,9 @@ public:
     }
     Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                              std::span<float> cell_bounds_out) const override {
-        return HeightSource::mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
+        // the general bounds, not those of the waves
+        return HeightSource::mesh_bounds(  // NOLINT(bugprone-parent-virtual-call)
+            grid, vertex_bounds_out, cell_bounds_out);
     }
 };
 

@@ -577,7 +577,7 @@ TEST_F(TextureTest, ImpostorsShowTheTextureAndItsCut) {
     const ImpostorDraw one = {impostor, 0, 1};
     const Image image = draw(renderer, view, {.instances = {&instance, 1}, .impostors = {&one, 1}});
     const int covered = count_different(mesh, draw(renderer, view, {}));
-    EXPECT_NEAR(covered, 40 * 40 * 3 / 4, 60);
+    EXPECT_NEAR(covered, 0.75 * 40 * 40, 60);
     EXPECT_LE(count_different(mesh, image, 24), covered / 6);
     for (const auto& [x, y] :
          {std::pair(70, 50), std::pair(90, 50), std::pair(70, 70), std::pair(90, 70)})

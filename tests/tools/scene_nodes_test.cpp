@@ -180,7 +180,10 @@ TEST(ReadNodes, NameWhatTheyRefuse) {
     EXPECT_EQ(error_of(R"([{"position":[0,0,0],"emitter":{"per_s":"many"}}])"),
               "nodes[0].emitter.per_s must be a number, got \"many\"");
     std::string deep = R"([{"position":[0,0,0]}])";
-    for (int i = 0; i < 80; ++i) deep = R"([{"position":[0,0,0],"children":)" + deep + "}]";
+    for (int i = 0; i < 80; ++i) {
+        deep.insert(0, R"([{"position":[0,0,0],"children":)");
+        deep += "}]";
+    }
     EXPECT_NE(error_of(deep).find(" is nested more than 64 deep"), std::string::npos);
 }
 

@@ -221,8 +221,8 @@ constexpr FormColour kFelt{0.30, 0.26, 0.18};
 constexpr FormColour kPack{0.20, 0.28, 0.22};
 
 /// Proportions of a walker, relative to its height.
-constexpr double kHip = 0.50, kKnee = 0.27, kShoulder = 0.80, kElbow = 0.17, kHand = 0.17;
-constexpr double kHipSide = 0.052, kShoulderSide = 0.125;
+constexpr double kHip = 0.50, kKnee = 0.27, kShoulder = 0.79, kElbow = 0.17, kHand = 0.17;
+constexpr double kHipSide = 0.052, kShoulderSide = 0.115;
 /// Ends of a boot's sole behind and before the shin's axis, relative to width_of().
 constexpr double kHeel = -0.047, kToe = 0.090;
 
@@ -266,7 +266,8 @@ MeshModel make_trunk(double h, double w) {
         std::array{Ring{0.0, 0.0, 0.074 * w, 0.104 * w}, Ring{0.0, 0.08 * h, 0.066 * w, 0.096 * w},
                    Ring{0.004 * w, 0.20 * h, 0.076 * w, 0.116 * w},
                    Ring{0.0, 0.28 * h, 0.066 * w, 0.124 * w},
-                   Ring{0.0, 0.32 * h, 0.050 * w, 0.086 * w},
+                   Ring{0.0, 0.305 * h, 0.058 * w, 0.110 * w},
+                   Ring{0.0, 0.325 * h, 0.046 * w, 0.074 * w},
                    Ring{0.004 * w, 0.345 * h, 0.038 * w, 0.042 * w}},
         14);
     builder.set_paint(FormMaterial::matt, kPack);
@@ -335,7 +336,7 @@ MeshModel make_upper_arm(double h, double w) {
     add_limb(builder, std::array{Ring{0.0, -length - 0.012 * h, 0.028 * w, 0.028 * w},
                                  Ring{0.0, -0.8 * length, 0.034 * w, 0.032 * w},
                                  Ring{0.0, -0.02 * h, 0.042 * w, 0.038 * w},
-                                 Ring{0.0, 0.016 * h, 0.030 * w, 0.026 * w}});
+                                 Ring{0.0, 0.012 * h, 0.028 * w, 0.022 * w}});
     return builder.finish();
 }
 
