@@ -123,7 +123,8 @@ CurvePoint TrackCurve::at(double time) const {
 }
 
 // The integral slides from point to point, relative to the point in the middle of its window. Rounding errors are
-// therefore proportional to the extent of a window, not to that of the polyline or to its distance from the origin.
+// therefore proportional to the extent of a window. Neither the length of the polyline nor its distance from the origin
+// matters.
 std::vector<Eigen::Vector3d> windowed_means(const std::vector<double>& at,
                                             const std::vector<Eigen::Vector3d>& points,
                                             double half_width) {

@@ -35,7 +35,7 @@ public:
     }
     Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
                              std::span<float> cell_bounds_out) const override {
-        // the general bounds, not those of the waves
+        // the base class computes bounds from the heights of this source
         return HeightSource::mesh_bounds(  // NOLINT(bugprone-parent-virtual-call)
             grid, vertex_bounds_out, cell_bounds_out);
     }

@@ -173,7 +173,7 @@ TEST(ChaseCamera, ComesInFrontOfAWallAndReturns) {
     const Ground ground = test::make_test_ground(kFlat, {});
     const test::WaveHeights flat(ground.lattice(), 0.0, 100.0);
     World world = World::create({}).value();
-    // a wall across the way of the eye, with a gate for the vehicle
+    // The wall stops the eye; the vehicle passes through its gate.
     add_static(world, Box{{0.2, 20.0, 5.0}}, {40.0, 64.0 + 21.2, 5.0});
     add_static(world, Box{{0.2, 20.0, 5.0}}, {40.0, 64.0 - 21.2, 5.0});
     add_static(world, Box{{0.2, 1.2, 1.2}}, {40.0, 64.0, 3.8});

@@ -3,7 +3,7 @@
 #include "scene/vehicle_forms.h"
 
 #include "scene/body_forms.h"
-#include "scene/vehicle_layout.h"
+#include "scene/running_gear.h"
 
 #include <gtest/gtest.h>
 

@@ -208,19 +208,15 @@ CommandResult<void> Journey::advance(const Ground& ground, double dt) {
 
 Result<void> Journey::show(BodyNodes& nodes) const {
     TERRANE_TRY(traveller_.show(world_, nodes));
-    for (std::size_t i = 0; i < crate_ids_.size(); ++i) {
-        const std::uint32_t index = crate_ids_[i].index;
-        BodyState state = world_.states()[index];
-        // crates that wake and sleep would flicker
+    const auto show_body = [&](const BodyId& id, const Tint& tint) {
+        BodyState state = world_.states()[id.index];
+        // bodies that wake and sleep would flicker
         if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        TERRANE_TRY(nodes.show(index, world_.settings()[index].shape, state, crate_tint(i)));
-    }
-    for (const BodyId id : scene_ids_) {
-        const std::uint32_t index = id.index;
-        BodyState state = world_.states()[index];
-        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        TERRANE_TRY(nodes.show(index, world_.settings()[index].shape, state));
-    }
+        return nodes.show(id.index, world_.settings()[id.index].shape, state, tint);
+    };
+    for (std::size_t i = 0; i < crate_ids_.size(); ++i)
+        TERRANE_TRY(show_body(crate_ids_[i], crate_tint(i)));
+    for (const BodyId id : scene_ids_) TERRANE_TRY(show_body(id, {1.0f, 1.0f, 1.0f}));
     return {};
 }
 

@@ -48,7 +48,7 @@ EmitterNode make_exhaust(const Eigen::Vector3d& direction) {
     return smoke;
 }
 
-// Dust behind a wheel, of which the opacity depends on the speed at which the wheel passes over the ground.
+// Dust behind a wheel. dust_strength() sets its opacity.
 EmitterNode make_dust(std::size_t wheel, double radius) {
     EmitterNode dust;
     dust.rate = 30.0;
@@ -87,19 +87,17 @@ void BodyNodes::set_meshes(std::span<const PlacedBody> bodies) {
 }
 
 Result<MeshModel> BodyNodes::look_of(const Form& form) const {
-    if (shows_proxies_) {
-        TERRANE_TRY(TriangleMesh mesh, make_shape_mesh(form.shape));
-        return MeshModel{.mesh = std::move(mesh), .materials = {}};
+    MeshModel look;
+    const Box* const box = std::get_if<Box>(&form.shape);
+    if (!shows_proxies_ && !form.mesh_file.empty()) {
+        TERRANE_TRY(look, read_shaded_model(form.mesh_file));
+        for (Eigen::Vector3d& p : look.mesh.positions) p *= form.scale;
+    } else if (!shows_proxies_ && box != nullptr) {
+        look = make_crate_form(box->half_extents);
+    } else {
+        TERRANE_TRY(look.mesh, make_shape_mesh(form.shape));
     }
-    if (form.mesh_file.empty()) {
-        TERRANE_TRY(TriangleMesh mesh, make_shape_mesh(form.shape));
-        const Box* const box = std::get_if<Box>(&form.shape);
-        if (box != nullptr) return make_crate_form(box->half_extents);
-        return MeshModel{.mesh = std::move(mesh), .materials = {}};
-    }
-    TERRANE_TRY(MeshModel model, read_shaded_model(form.mesh_file));
-    for (Eigen::Vector3d& p : model.mesh.positions) p *= form.scale;
-    return model;
+    return look;
 }
 
 // The model of a shape, made when it is first needed.
@@ -182,8 +180,7 @@ Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const Vehic
         TERRANE_TRY(add(*form.sprocket, sprocket_poses(settings, state).size(), made.sprockets));
     if (!shows_proxies_) {
         Scene& scene = field_->scene();
-        TERRANE_TRY(made.exhaust,
-                    scene.add(made.body.node, {.parent_from_node = {.translation = form.exhaust}},
+        TERRANE_TRY(scene.add(made.body.node, {.parent_from_node = {.translation = form.exhaust}},
                               make_exhaust(form.exhaust_direction)));
         for (std::size_t i = 0; i < state.wheels.size(); ++i) {
             TERRANE_TRY(const NodeId dust,

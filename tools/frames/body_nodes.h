@@ -72,7 +72,6 @@ private:
     struct Vehicle {
         Part body;
         std::vector<Part> wheels, links, sprockets;
-        NodeId exhaust{};
         std::vector<NodeId> dust;  // [wheels]
     };
 

@@ -131,6 +131,21 @@ std::vector<MeshMaterial> form_materials() {
     return materials;
 }
 
+Pose along_axis(const Eigen::Vector3d& place, const Eigen::Vector3d& axis) {
+    Pose pose;
+    const Eigen::Vector3d z = axis.normalized();
+    const Eigen::Vector3d x = z.unitOrthogonal();
+    pose.rotation << x, z.cross(x), z;
+    pose.translation = place;
+    return pose;
+}
+
+FormColour mixed(const FormColour& a, const FormColour& b, double share) {
+    FormColour colour{};
+    for (std::size_t k = 0; k < 3; ++k) colour[k] = a[k] + share * (b[k] - a[k]);
+    return colour;
+}
+
 void FormBuilder::set_paint(FormMaterial material, const FormColour& colour) {
     material_ = material;
     for (std::size_t k = 0; k < 3; ++k)

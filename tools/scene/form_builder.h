@@ -57,6 +57,12 @@ std::vector<MeshMaterial> form_materials();
 /// Red, green, blue with display gamma, 0 to 1.
 using FormColour = std::array<double, 3>;
 
+/// A colour between two: the first at 0, the second at 1.
+FormColour mixed(const FormColour& a, const FormColour& b, double share);
+
+/// The pose of a part whose z axis has a direction of any length.
+Pose along_axis(const Eigen::Vector3d& place, const Eigen::Vector3d& axis);
+
 /// Builds the mesh of a form from closed parts. Every part has the current paint; lengths are metres in the form's
 /// frame.
 class FormBuilder {

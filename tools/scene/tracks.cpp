@@ -3,8 +3,8 @@
 // Poses of wheels and tracks. A belt is the convex hull of the circles of a track's wheels and sprockets, seen from the
 // side: arcs on circles, and the tangents between them. The hull is found by turning a direction once around: from the
 // circle with the largest support in that direction, the next circle is the one whose support first gets larger.
+#include "scene/running_gear.h"
 #include "scene/vehicle_forms.h"
-#include "scene/vehicle_layout.h"
 
 #include <algorithm>
 #include <array>

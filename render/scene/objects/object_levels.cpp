@@ -124,7 +124,8 @@ Result<ObjectLevels> make_object_levels(const TriangleMesh& mesh, bool has_impos
 
 namespace {
 
-/// Values of an attribute for `before` vertices and those of another mesh; none if neither has any.
+/// Appends an attribute of a mesh of `count` vertices to the attribute of `before` vertices. A mesh without the
+/// attribute gets `usual`; if both lack it, it stays empty.
 template <class Value>
 void append(std::vector<Value>& to, std::size_t before, const std::vector<Value>& from,
             std::size_t count, const Value& usual) {

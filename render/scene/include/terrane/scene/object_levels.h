@@ -35,9 +35,9 @@ struct ObjectLevels {
 /// Fails: invalid_argument as ProgressiveMesh::create(), and for a mesh without extent
 Result<ObjectLevels> make_object_levels(const TriangleMesh& mesh, bool has_impostor = true);
 
-/// The same for levels that an artist made, of one mesh or more, finest first. The error of a level is the certified
-/// distance of its surface from that of the finest (bound_surface_distance()), but at least kLeastLevelRatio times that
-/// of the level before. Levels cross-fade. One mesh alone gets levels as above.
+/// Makes levels of an artist's meshes, finest first. The error of a level is the certified Hausdorff distance between
+/// its surface and the finest mesh (bound_surface_distance()), but at least kLeastLevelRatio times the error of the
+/// level before. Levels cross-fade. One mesh alone gets levels as above.
 ///
 /// @param meshes each with fewer triangles than the one before; materials of all are indices of one list
 ///

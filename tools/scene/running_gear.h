@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "scene/form_builder.h"
+#include "scene/mesh_files.h"
+
 #include <terrane/base/math.h>
 #include <terrane/collision/vehicle.h>
 
@@ -26,5 +29,21 @@ struct VehicleLayout {
     std::size_t link_count = 0;  ///< of one track
     double link_length = 0.0;    ///< between the pins, with all wheels at rest
 };
+
+// Colours of more than one part of a vehicle.
+inline constexpr FormColour kOlive{0.33, 0.36, 0.24};
+inline constexpr FormColour kBlack{0.07, 0.07, 0.075};
+inline constexpr FormColour kRubber{0.10, 0.10, 0.10};
+inline constexpr FormColour kFrame{0.14, 0.14, 0.15};
+inline constexpr FormColour kSteel{0.60, 0.60, 0.61};
+inline constexpr FormColour kIron{0.34, 0.33, 0.32};
+
+/// A wheel with a tyre, tread blocks, rim and hub; see VehicleForm::wheel.
+MeshModel make_tyre_wheel(const VehicleSettings& settings, const VehicleLayout& layout);
+/// A double road wheel of a track.
+MeshModel make_road_wheel(const VehicleSettings& settings, const VehicleLayout& layout);
+/// See VehicleForm::sprocket and VehicleForm::link. Both require tracks.
+MeshModel make_sprocket(const VehicleLayout& layout);
+MeshModel make_link(const VehicleLayout& layout);
 
 }  // namespace terrane::tools
