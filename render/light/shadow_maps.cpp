@@ -124,6 +124,9 @@ static_assert(kCascades == 3, "ShadowBlock::reach holds three distances");
 // compares with depths up to a texel and a half beside the receiver. Measured: 1 leaves stripes on planes in low sun,
 // 1.5 none.
 constexpr float kSlopeOffset = 2.0f;
+// The same towards the sun for the ground's back faces: moves them into the ground, so that no light passes at their
+// foot.
+constexpr float kGroundOffset = 1.0f;
 
 ShadowBlock::Vec4 pack(const Eigen::Vector3d& v, double w) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()),
@@ -170,6 +173,18 @@ void ShadowMaps::begin_cascade(int cascade) const {
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(-kSlopeOffset, 0.0f);  // away from the sun: depth is reversed
     glClear(GL_DEPTH_BUFFER_BIT);
+}
+
+void ShadowMaps::begin_ground() {
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_FRONT);
+    glPolygonOffset(kGroundOffset, 0.0f);
+}
+
+void ShadowMaps::end_ground() {
+    glDisable(GL_CULL_FACE);
+    glCullFace(GL_BACK);
+    glPolygonOffset(-kSlopeOffset, 0.0f);
 }
 
 void ShadowMaps::end_cascades() const {

@@ -66,6 +66,10 @@ public:
     /// Binds the map of a cascade as the target, sets viewport and state for casters, and clears it. The frame's
     /// uniforms must contain the cascade's clip_from_eye.
     void begin_cascade(int cascade) const;
+    /// State for the ground as a caster: only faces that point away from the sun are drawn.
+    static void begin_ground();
+    /// Returns to the state of begin_cascade().
+    static void end_ground();
     /// Resets the state set by begin_cascade().
     void end_cascades() const;
 

@@ -49,35 +49,29 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
     vec2 slope = -vec2(dot(normal, shadow.right.xyz), dot(normal, shadow.up.xyz)) /
                  max(dot(normal, frame.sun.xyz), kLeastFacing);
     float layer = float(cascade);
-    // the 4 x 4 texels around the place, by four bilinear comparisons
-    float share = 0.0;
+    // casters among the 4 x 4 texels around the place, and the sum of their heights above the receiver's plane
+    vec2 first = floor(at.xy / texel - 0.5);
+    float count = 0.0, height = 0.0;
     for (int i = 0; i < 4; ++i) {
-        vec2 beside = texel * (vec2(float(i & 1), float(i >> 1)) * 2.0 - 1.0);
-        share += 0.25 * texture(shadow_maps, vec4(at.xy + beside, layer, at.z + dot(slope, beside)));
+        // corner of four texels
+        vec2 corner = texel * (first + 2.0 * vec2(float(i & 1), float(i >> 1)));
+        vec4 plane = at.z + dot(slope, corner - at.xy) +
+                     0.5 * texel * (slope.x * vec4(-1.0, 1.0, 1.0, -1.0) + slope.y * vec4(1.0, 1.0, -1.0, -1.0));
+        // the depth is 1 nearest to the sun
+        vec4 above = textureGather(shadow_depths, vec3(corner, layer)) - plane;
+        count += dot(step(0.0, above), vec4(1.0));
+        height += dot(max(above, 0.0), vec4(1.0));
     }
-    if (share > 0.0 && share < 1.0) {
-        // mean height of the casters among these texels above the receiver's plane
-        ivec2 first = ivec2(floor(at.xy / texel - 0.5)) - 1;
-        float count = 0.0, height = 0.0;
-        for (int i = 0; i < 16; ++i) {
-            ivec2 place = first + ivec2(i & 3, i >> 2);
-            vec2 beside = (vec2(place) + 0.5) * texel - at.xy;
-            // the depth is 1 nearest to the sun
-            float above = texelFetch(shadow_depths, ivec3(place, cascade), 0).x - at.z -
-                          dot(slope, beside);
-            count += above > 0.0 ? 1.0 : 0.0;
-            height += max(above, 0.0);
-        }
-        float radius =
-            clamp(shadow.right.w * height / max(count, 1.0) / texel, kFilter, kMostRadius);
-        share = 0.0;
-        for (int i = 0; i < 8; ++i) {
-            vec2 beside = radius * texel * kDisc[i];
-            share += 0.125 *
-                     texture(shadow_maps, vec4(at.xy + beside, layer, at.z + dot(slope, beside)));
-        }
-    }
-    return share;
+    bool is_edge = count > 0.0 && count < 16.0;
+    float radius = clamp(shadow.right.w * height / max(count, 1.0) / texel, kFilter, kMostRadius);
+    // a software rasteriser skips the passes of a loop that no pixel needs
+    float share = 0.0;
+    int i = is_edge ? 0 : 7;
+    do {
+        vec2 beside = radius * texel * kDisc[i];
+        share += 0.125 * texture(shadow_maps, vec4(at.xy + beside, layer, at.z + dot(slope, beside)));
+    } while (++i < 8);
+    return is_edge ? share : (count > 0.0 ? 0.0 : 1.0);
 }
 #else
 // Share of sunlight that reaches a point according to one map, 0 to 1.
@@ -126,14 +120,16 @@ void sun_shares(float share, vec3 centre, vec3 p_eye[PIXELS], vec3 normal, out f
     vec3 away = normal * (kAway * shadow.reach.w / place.w);
     float most = shadow.reach[CASCADES - 1];
     float fade = smoothstep(kFadeFrom * most, most, distance);
-    for (int i = 0; i < PIXELS; ++i) {
+    for (int i = 0; i < PIXELS; ++i) shares[i] = share;
+    int i = is_edge ? 0 : PIXELS - 1;
+    do {
         // of the pixel alone, one lookup
         vec3 p = p_eye[i] + away;
         p = vec3(dot(p, shadow.right.xyz), dot(p, shadow.up.xyz), dot(p, frame.sun.xyz));
         vec3 at = 0.5 + (p - place.xyz) * place.w;
         float own = mix(texture(shadow_maps, vec4(at.xy, float(cascade), at.z)), 1.0, fade);
         shares[i] = is_edge ? 0.5 * (share + own) : share;
-    }
+    } while (++i < PIXELS);
 }
 #endif
 #endif

@@ -152,18 +152,18 @@ ChunkAttributes make_attributes(const Chunk& chunk, const ChunkSlot& slot, const
 // Enlargement of boxes for the rounding of positions to float on the device, relative to the distance from the eye.
 constexpr double kViewMargin = 1e-5;
 
-// The volumes against which chunks are culled: the view, and the cascades of the shadow casters.
+// The volumes against which chunks are culled.
 struct Culling {
     const ViewVolume* view = nullptr;  // null: list 0 has all chunks
     WorldPos eye_world;
-    std::span<const SunCascade> casters;
+    std::span<const SunCascade> cascades;
 };
 
 // The lists whose volumes a box meets.
 std::uint8_t lists_of(const Aabb& box, const Culling& culling) {
     unsigned lists = culling.view == nullptr || culling.view->meets(box) ? 1 : 0;
-    for (std::size_t i = 0; i < culling.casters.size(); ++i) {
-        if (culling.casters[i].meets(box)) lists |= 2u << i;
+    for (std::size_t i = 0; i < culling.cascades.size(); ++i) {
+        if (culling.cascades[i].meets(box)) lists |= 2u << i;
     }
     return static_cast<std::uint8_t>(lists);
 }
@@ -187,7 +187,7 @@ std::uint8_t lists_of(const TerrainMesh& mesh, const MeshChunk& chunk, const Cul
     const double high = lattice.quantum * static_cast<double>(chunk.chunk->high);
     const std::uint8_t lists =
         lists_of(box_of(lattice, *chunk.chunk, low, high, culling.eye_world), culling);
-    if (chunk.offsets == nullptr || lists == (2u << culling.casters.size()) - 1) return lists;
+    if (chunk.offsets == nullptr || lists == (2u << culling.cascades.size()) - 1) return lists;
     float least = 0.0f, most = 0.0f;
     for (const std::uint16_t sample : mesh.indices.subspan(chunk.first_index, chunk.index_count)) {
         least = std::min(least, chunk.offsets[sample]);
@@ -196,6 +196,34 @@ std::uint8_t lists_of(const TerrainMesh& mesh, const MeshChunk& chunk, const Cul
     return lists_of(box_of(lattice, *chunk.chunk, low + static_cast<double>(least),
                            high + static_cast<double>(most), culling.eye_world),
                     culling);
+}
+
+// Appends the triangles of a chunk that face away from the sun.
+//
+// sun: unit, towards the sun
+void append_backs(const TerrainMesh& mesh, const MeshChunk& drawn, const Eigen::Vector3d& sun,
+                  std::vector<std::uint16_t>& indices_out) {
+    const Chunk& chunk = *drawn.chunk;
+    const Lattice& lattice = mesh.resident->lattice();
+    const double step = lattice.spacing * static_cast<double>(chunk.step);
+    const auto height = [&](std::uint16_t sample) {
+        const double offset =
+            drawn.offsets == nullptr ? 0.0 : static_cast<double>(drawn.offsets[sample]);
+        return lattice.quantum * chunk.heights[sample] + offset;
+    };
+    const auto indices = mesh.indices.subspan(drawn.first_index, drawn.index_count);
+    for (std::size_t i = 0; i < indices.size(); i += 3) {
+        const std::uint16_t a = indices[i], b = indices[i + 1], c = indices[i + 2];
+        // edges from a: x and y in steps, z in metres
+        const int bx = b % kChunkSamples - a % kChunkSamples;
+        const int by = b / kChunkSamples - a / kChunkSamples;
+        const int cx = c % kChunkSamples - a % kChunkSamples;
+        const int cy = c / kChunkSamples - a / kChunkSamples;
+        const double bz = height(b) - height(a), cz = height(c) - height(a);
+        const double facing = (by * cz - cy * bz) * sun.x() + (cx * bz - bx * cz) * sun.y() +
+                              (bx * cy - by * cx) * step * sun.z();
+        if (facing < 0.0) indices_out.insert(indices_out.end(), {a, b, c});
+    }
 }
 
 GlVertexArray make_layout() {
@@ -219,8 +247,9 @@ GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(
 
 // Collects the draws of the mesh that are in view or cast shadows, nearest first, and uploads new chunks.
 Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view, GroundCulling culling,
-                                  std::span<const SunCascade> casters) {
+                                  std::span<const SunCascade> cascades, GroundCasters casters) {
     draws_.clear();
+    back_indices_.clear();
     drawn_count_ = culled_count_ = 0;
     if (mesh.resident == nullptr) return {};
     if (followed_.lock() != mesh.resident) {
@@ -229,20 +258,31 @@ Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view, Gro
     }
     const ViewVolume volume(view);
     const Culling against = {culling == GroundCulling::view ? &volume : nullptr, view.eye_world,
-                             casters};
+                             cascades};
     // the mesh is ordered from coarse to fine; near ground is drawn first for early depth rejection
     for (std::size_t i = mesh.chunks.size(); i-- > 0;) {
         const MeshChunk& chunk = mesh.chunks[i];
         if (chunk.index_count == 0) continue;
-        const Lists lists = lists_of(mesh, chunk, against);
-        ++((lists & 1) != 0 ? drawn_count_ : culled_count_);
-        if (lists == 0) continue;
+        ChunkDraw draw = {.mesh = &chunk,
+                          .lists = lists_of(mesh, chunk, against),
+                          .first_caster = chunk.first_index,
+                          .caster_count = chunk.index_count};
+        ++((draw.lists & 1) != 0 ? drawn_count_ : culled_count_);
+        if (casters == GroundCasters::backs && (draw.lists & ~1) != 0) {
+            const std::size_t first = back_indices_.size();
+            append_backs(mesh, chunk, cascades[0].axes.row(2), back_indices_);
+            draw.first_caster = static_cast<std::uint32_t>(mesh.indices.size() + first);
+            draw.caster_count = static_cast<std::uint32_t>(back_indices_.size() - first);
+            if (draw.caster_count == 0) draw.lists &= 1;
+        }
+        if (draw.lists == 0) continue;
         const ChunkSlot* slot = pool_.find(*mesh.resident, *chunk.chunk);
         if (slot == nullptr) {
             return fail(ErrorCode::invalid_argument,
                         "the mesh draws a chunk that is not in its resident set");
         }
-        draws_.push_back({&chunk, slot, lists});
+        draw.slot = slot;
+        draws_.push_back(draw);
     }
     return {};
 }
@@ -252,7 +292,8 @@ GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
     for (const ChunkDraw& draw : draws_) offset_count += draw.mesh->offsets != nullptr ? 1 : 0;
     // indices come first, so that the first_index of the mesh is valid in the buffer
     Layout layout;
-    layout.commands = align(mesh.indices.size_bytes());
+    layout.commands =
+        align(mesh.indices.size_bytes() + sizeof(std::uint16_t) * back_indices_.size());
     layout.attributes =
         align(layout.commands + sizeof(DrawCommand) * lists_.size() * draws_.size());
     layout.offsets = align(layout.attributes + sizeof(ChunkAttributes) * draws_.size());
@@ -263,6 +304,10 @@ GroundDraws::Layout GroundDraws::lay_out(const TerrainMesh& mesh) const {
 
 void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory) {
     std::memcpy(memory, mesh.indices.data(), mesh.indices.size_bytes());
+    if (!back_indices_.empty()) {
+        std::memcpy(memory + mesh.indices.size_bytes(), back_indices_.data(),
+                    sizeof(std::uint16_t) * back_indices_.size());
+    }
     // chunks of one page share a range of offsets, whichever lists they are in
     std::size_t offset_byte = layout_.offsets, first_offset_byte = 0;
     for (std::size_t i = 0; i < draws_.size(); ++i) {
@@ -278,10 +323,12 @@ void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte*
             std::memcpy(memory + offset_byte, chunk.offsets, kOffsetBytes);
             offset_byte += kOffsetBytes;
         }
-        const DrawCommand command{chunk.index_count, 1, chunk.first_index, attributes.first_vertex,
-                                  static_cast<std::uint32_t>(i)};
         for (std::size_t number = 0; number < lists_.size(); ++number) {
             if ((draws_[i].lists >> number & 1) == 0) continue;
+            const bool is_view = number == 0;
+            const DrawCommand command{is_view ? chunk.index_count : draws_[i].caster_count, 1,
+                                      is_view ? chunk.first_index : draws_[i].first_caster,
+                                      attributes.first_vertex, static_cast<std::uint32_t>(i)};
             List& list = lists_[number];
             const std::size_t command_byte =
                 layout_.commands +
@@ -334,14 +381,15 @@ bool is_above_ground(const TerrainMesh& mesh, const WorldPos& eye_world) {
 }
 
 Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
-                                  GroundCulling culling, std::span<const SunCascade> casters) {
-    TERRANE_ASSERT(casters.size() < 8, "a list for the view and one for each caster");
-    lists_.resize(1 + casters.size());
+                                  GroundCulling culling, std::span<const SunCascade> cascades,
+                                  GroundCasters casters) {
+    TERRANE_ASSERT(cascades.size() < 8, "a list for the view and one for each cascade");
+    lists_.resize(1 + cascades.size());
     for (List& list : lists_) {
         list.command_count = 0;
         list.batches.clear();
     }
-    TERRANE_TRY(collect(mesh, view, culling, casters));
+    TERRANE_TRY(collect(mesh, view, culling, cascades, casters));
     if (draws_.empty()) return {};
     layout_ = lay_out(mesh);
     std::byte* memory = stream_.begin(layout_.end);

@@ -87,6 +87,13 @@ enum class GroundCulling : std::uint8_t {
     none,  ///< all chunks: the pixel-wide lines of a chunk out of view can reach into the picture
 };
 
+/// Which triangles of a chunk are submitted as shadow casters: those that face away from the sun would do, because the
+/// sun's rays leave the solid ground through one of them before they reach ground in shadow.
+enum class GroundCasters : std::uint8_t {
+    all,    ///< for devices that cull faces themselves
+    backs,  ///< for software rasterisers, which spend more on a triangle's vertices than the selection on all of it
+};
+
 /// Whether the eye is above all triangles of a mesh whose bounding rectangles have the eye's x and y, of which there
 /// must be some. Every ray from the eye then meets the front of a triangle before the back of any: the ground is a
 /// function of x and y where no volume opens it. Cost: reads the triangles of the eye's chunk
@@ -104,18 +111,20 @@ public:
     /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (from their square,
     /// heights and offsets) is out of view are omitted.
     ///
-    /// @param casters shadow maps; each gets a list of the chunks that can cast into it
+    /// @param cascades shadow maps; each gets a list of the chunks that can cast into it
+    /// @param casters  which of their triangles
     ///
     /// Fails with invalid_argument if the mesh draws a chunk that is not in its resident set, device_unavailable if the
     /// device is out of memory.
     Result<void> prepare(const TerrainMesh& mesh, const View& view, const EyeFrame& eye,
                          GroundCulling culling = GroundCulling::view,
-                         std::span<const SunCascade> casters = {});
+                         std::span<const SunCascade> cascades = {},
+                         GroundCasters casters = GroundCasters::all);
 
     /// Draws the chunks in view with the current program. Binds the offsets to storage block 0.
     void draw() const { draw_list(0); }
     /// Draws the shadow casters of a map of prepare().
-    void draw_casters(std::size_t caster) const { draw_list(1 + caster); }
+    void draw_casters(std::size_t cascade) const { draw_list(1 + cascade); }
 
     /// Call after the last draw() of a frame.
     void finish();
@@ -127,13 +136,15 @@ public:
     std::size_t culled_count() const { return culled_count_; }
 
 private:
-    // Bit i: the chunk is in list i. List 0 is for the view, list 1 + i for caster i.
+    // Bit i: the chunk is in list i. List 0 is for the view, list 1 + i for cascade i.
     using Lists = std::uint8_t;
-    // A chunk of the mesh and its slot.
+    // A chunk of the mesh and its slot, and its casters among the indices of the mesh and those of back_indices_ behind
+    // them.
     struct ChunkDraw {
         const MeshChunk* mesh = nullptr;
         const ChunkSlot* slot = nullptr;
         Lists lists = 0;
+        std::uint32_t first_caster = 0, caster_count = 0;
     };
     // Consecutive commands of one page.
     struct Batch {
@@ -152,7 +163,7 @@ private:
     };
 
     Result<void> collect(const TerrainMesh& mesh, const View& view, GroundCulling culling,
-                         std::span<const SunCascade> casters);
+                         std::span<const SunCascade> cascades, GroundCasters casters);
     Layout lay_out(const TerrainMesh& mesh) const;
     void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);
     void draw_list(std::size_t list) const;
@@ -162,7 +173,8 @@ private:
     GlVertexArray vertices_;
     std::weak_ptr<const ResidentSet> followed_;
     std::size_t drawn_count_ = 0, culled_count_ = 0;
-    std::vector<ChunkDraw> draws_;  // chunks in at least one list
+    std::vector<ChunkDraw> draws_;             // chunks in at least one list
+    std::vector<std::uint16_t> back_indices_;  // of triangles that face away from the sun
     std::vector<List> lists_;
     Layout layout_;
 };

@@ -140,6 +140,7 @@ struct TerrainRenderer::State {
     std::optional<GroundMaterials> materials;
     double time = 0.0;
     GroundDraws draws;
+    GroundCasters ground_casters = GroundCasters::all;
     VolumeDraws solids;
     SceneObjects scene;
     std::optional<GpuTimer> timer;  // none for software rasterisers
@@ -214,7 +215,9 @@ void TerrainRenderer::State::draw_wires() {
 void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view) {
     shadows->draw(uniforms, view, [&](std::size_t cascade) {
         glUseProgram(ground.name());
+        ShadowMaps::begin_ground();
         draws.draw_casters(cascade);
+        ShadowMaps::end_ground();
         solids.draw(VolumeDraws::Part::ground, solid_ground);
         solids.draw(VolumeDraws::Part::walls, solid_ground);
         scene.draw_casters(cascade);
@@ -260,7 +263,11 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
                                          settings.texture_bytes, !context.is_software());
     state->context = context.keep_alive();
     state->settings = settings;
-    if (!context.is_software()) state->timer.emplace();
+    if (context.is_software()) {
+        state->ground_casters = GroundCasters::backs;
+    } else {
+        state->timer.emplace();
+    }
     if (settings.ground_look) state->materials.emplace(settings, features.anisotropy);
     TERRANE_TRY(state->make_programs(lighting));
     state->make_buffers();
@@ -279,15 +286,15 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         TERRANE_TRY(const EyeFrame made, make_eye_frame(lattice, view.eye_world));
         eye = made;
     }
-    std::span<const SunCascade> casters;
+    std::span<const SunCascade> cascades;
     if (state.shadows) {
         state.shadows->prepare(view);
-        casters = state.shadows->cascades();
+        cascades = state.shadows->cascades();
     }
-    TERRANE_TRY(state.scene.prepare(scene, view, casters));
+    TERRANE_TRY(state.scene.prepare(scene, view, cascades));
     const GroundCulling culling =
         state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
-    TERRANE_TRY(state.draws.prepare(mesh, view, eye, culling, casters));
+    TERRANE_TRY(state.draws.prepare(mesh, view, eye, culling, cascades, state.ground_casters));
     if (mesh.resident != nullptr) {
         TERRANE_TRY(state.shade.prepare(mesh.resident, view, eye));
         if (state.materials) {

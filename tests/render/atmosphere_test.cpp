@@ -272,7 +272,7 @@ class AtmosphereTest : public test::PictureTest<kWidth, kHeight> {};
 // The colour, 0 to 255, in which exposed light is displayed: see atmosphere.glsl.
 double shown(double light) {
     const double x =
-        std::min(light * (2.51 * light + 0.03) / (light * (2.43 * light + 0.59) + 0.14), 1.0);
+        std::min(light * (2.51 * light + 0.10) / (light * (2.43 * light + 0.59) + 0.14), 1.0);
     return 255.0 * (x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1.0 / 2.4) - 0.055);
 }
 

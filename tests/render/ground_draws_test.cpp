@@ -6,6 +6,7 @@
 #include "gl/shader.h"
 #include "light/frame_uniforms.h"
 #include "light/ground_shade.h"
+#include "light/shadow_maps.h"
 #include "render/render_scene.h"
 #include "support/grounds.h"
 #include "support/random.h"
@@ -14,6 +15,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -456,6 +458,63 @@ TEST_F(GroundDrawsTest, PagesOfOneSlotDrawTheSamePositionsAndPicture) {
     for (const std::uint8_t value : images[0].rgb) bright += value > 30 ? 1 : 0;
     EXPECT_GT(bright, kWidth * kHeight);
     EXPECT_TRUE(check_gl("draw pages"));
+}
+
+TEST_F(GroundDrawsTest, TheCastersAreTheBackFacesThatTheDeviceKeeps) {
+    Scene scene = make_scene();
+    add_offsets(scene);
+    const View view = view_from({190.0, 20.0, 60.0}, {200.0, 140.0, 0.0});
+    const Lattice& lattice = scene.resident->lattice();
+    const EyeFrame eye = *make_eye_frame(lattice, view.eye_world);
+    const GlProgram program = *make_program("the terrain", terrain_vert, depth_frag);
+    constexpr int kTexels = 256;
+    const ShadowMaps maps(kTexels, 0.0);
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GEQUAL);
+    glClearDepth(0.0);
+    // elevations of 5 and 17 degrees, and of 83, for which no slope is steep enough
+    int covered = 0;
+    for (const double rise : {0.09, 0.3, 8.0}) {
+        for (const double azimuth : {0.4, 2.5, 4.6}) {
+            SCOPED_TRACE(testing::Message() << rise << " " << azimuth);
+            const Eigen::Vector3d sun(std::sin(azimuth), std::cos(azimuth), rise);
+            const auto cascades = make_sun_cascades(view, sun, 400.0, kTexels);
+            FrameUniforms uniforms = make_frame_uniforms({}, lattice, view, eye);
+            uniforms.clip_from_eye = cascades[2].clip_from_eye(view.eye_world);
+            const GlBuffer buffer = make_buffer();
+            glNamedBufferStorage(buffer.name(), sizeof(uniforms), &uniforms, 0);
+            glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffer.name());
+            std::vector<std::vector<float>> depths;
+            for (const GroundCasters casters : {GroundCasters::all, GroundCasters::backs}) {
+                GroundDraws draws;
+                ASSERT_TRUE(
+                    draws.prepare(scene.mesh(), view, eye, GroundCulling::view, cascades, casters));
+                maps.begin_cascade(2);
+                // what the selection leaves out is what the device would cull
+                if (casters == GroundCasters::all) ShadowMaps::begin_ground();
+                glPolygonOffset(0.0f, 0.0f);
+                glUseProgram(program.name());
+                draws.draw_casters(2);
+                draws.finish();
+                depths.emplace_back(std::size_t{kTexels} * kTexels);
+                glReadPixels(0, 0, kTexels, kTexels, GL_DEPTH_COMPONENT, GL_FLOAT,
+                             depths.back().data());
+                ShadowMaps::end_ground();
+                maps.end_cascades();
+            }
+            EXPECT_EQ(depths[0], depths[1]);
+            const auto count =
+                std::ranges::count_if(depths[1], [](float depth) { return depth > 0.0f; });
+            EXPECT_LT(count, kTexels * kTexels / 2);
+            covered += count > 100 ? 1 : 0;
+            if (rise > 1.0) {
+                EXPECT_EQ(count, 0);
+            }
+        }
+    }
+    EXPECT_EQ(covered, 6);
+    EXPECT_TRUE(check_gl("draw casters"));
 }
 
 TEST_F(GroundDrawsTest, ChunksOutOfViewDoNotChangeThePicture) {

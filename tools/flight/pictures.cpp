@@ -19,6 +19,8 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kSunRadius = 0.00465;  // angular, radians
+// Haze distance of a clear day, metres: an aerosol optical depth of 0.05, and a visual range of 71 km.
+constexpr double kClearDay = 20'000.0;
 constexpr double kLeastRelief =
     1500.0;  // least height difference of lowest and highest tint, metres
 
@@ -100,6 +102,7 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
         settings.atmosphere = true;
         settings.smooth_edges = true;
         settings.sun_radius = kSunRadius;
+        settings.haze_distance = kClearDay;
     }
     settings.has_waves = options.look == Look::full;
     if (terrain.water) {
