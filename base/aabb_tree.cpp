@@ -26,6 +26,11 @@ Aabb around_both(const Aabb& a, const Aabb& b) {
     return bounds;
 }
 
+// Twice the coordinate of the centre of a box; infinity if the box is empty.
+double centre_along(const Aabb& box, int axis) {
+    return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
+}
+
 class AabbTreeBuilder {
 public:
     AabbTreeBuilder(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order,
@@ -39,32 +44,6 @@ public:
     }
 
 private:
-    // Twice the coordinate of the centre of an item's box; infinity if the box is empty.
-    double centre(std::uint32_t item, int axis) const {
-        const Aabb& box = bounds_[item];
-        return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
-    }
-
-    int longest_axis(std::size_t first, std::size_t last) const {
-        int longest = 0;
-        double size = -1.0;
-        for (int axis = 0; axis < 3; ++axis) {
-            double low = kInfinity;
-            double high = -kInfinity;
-            for (std::size_t i = first; i < last; ++i) {
-                const double at = centre(order_[i], axis);
-                if (at == kInfinity) continue;
-                low = std::min(low, at);
-                high = std::max(high, at);
-            }
-            if (high - low > size) {
-                size = high - low;
-                longest = axis;
-            }
-        }
-        return longest;
-    }
-
     void build(std::size_t first, std::size_t last) {
         const std::size_t self = nodes_.size();
         nodes_.emplace_back();
@@ -72,16 +51,8 @@ private:
             nodes_[self].item = order_[first];
             nodes_[self].bounds = bounds_[order_[first]];
         } else {
-            const int axis = longest_axis(first, last);
-            const std::size_t middle = first + (last - first) / 2;
-            const auto at = [&](std::size_t i) {
-                return order_.begin() + static_cast<std::ptrdiff_t>(i);
-            };
-            std::nth_element(at(first), at(middle), at(last),
-                             [&](std::uint32_t a, std::uint32_t b) {
-                                 const double x = centre(a, axis), y = centre(b, axis);
-                                 return x != y ? x < y : a < b;
-                             });
+            const std::size_t middle =
+                first + split_into_halves(bounds_, std::span(order_).subspan(first, last - first));
             build(first, middle);
             const std::size_t right = nodes_.size();
             build(middle, last);
@@ -109,11 +80,7 @@ public:
     std::vector<AabbNode> take() { return std::move(nodes_); }
 
 private:
-    // Twice the coordinate of the centre of an item's box; infinity if the box is empty.
-    double centre(std::uint32_t item, int axis) const {
-        const Aabb& box = bounds_[item];
-        return box.low[axis] <= box.high[axis] ? box.low[axis] + box.high[axis] : kInfinity;
-    }
+    double centre(std::uint32_t item, int axis) const { return centre_along(bounds_[item], axis); }
 
     // Sorts the items by centre, then by index: a stable radix sort of integer keys that have the order of the centres.
     void sort(int axis) {
@@ -206,6 +173,32 @@ private:
 };
 
 }  // namespace
+
+std::size_t split_into_halves(std::span<const Aabb> bounds, std::span<std::uint32_t> items) {
+    int longest = 0;
+    double size = -1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        double low = kInfinity, high = -kInfinity;
+        for (const std::uint32_t item : items) {
+            const double at = centre_along(bounds[item], axis);
+            if (at == kInfinity) continue;
+            low = std::min(low, at);
+            high = std::max(high, at);
+        }
+        if (high - low > size) {
+            size = high - low;
+            longest = axis;
+        }
+    }
+    const std::size_t middle = items.size() / 2;
+    std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(middle),
+                     items.end(), [&](std::uint32_t a, std::uint32_t b) {
+                         const double x = centre_along(bounds[a], longest);
+                         const double y = centre_along(bounds[b], longest);
+                         return x != y ? x < y : a < b;
+                     });
+    return middle;
+}
 
 void build_aabb_tree(std::span<const Aabb> bounds, std::vector<std::uint32_t>& order_out,
                      std::vector<AabbNode>& nodes_out) {

@@ -54,6 +54,15 @@ struct AabbNode {
     std::uint32_t item = kInner;  ///< index of a leaf's box
 };
 
+/// Splits items into halves of equal count, the second one larger by one if need be, along the axis on which the centres
+/// of their boxes extend farthest; at equal centres, the order of indices decides. Empty boxes, from +infinity to
+/// -infinity, sort after all others. Which items a half contains is deterministic; their order in it is not.
+///
+/// @param bounds indexed by items
+///
+/// Returns: the size of the first half
+std::size_t split_into_halves(std::span<const Aabb> bounds, std::span<std::uint32_t> items);
+
 /// Builds a tree by recursively splitting the boxes into halves of equal count, along the axis on which their centres
 /// extend farthest. The tree is deterministic: at equal centres, the order of indices decides. Empty boxes, from
 /// +infinity to -infinity, sort after all others and count as contained in every box.

@@ -157,7 +157,7 @@ TEST(HorizonMap, NothingHiddenIsInSightOverTheFinestSurfaceLoweredByTheError) {
     constexpr std::uint64_t kSeed = 7;
     SCOPED_TRACE(kSeed);
     Random random(kSeed);
-    int hidden = 0;
+    int hidden = 0, impossible = 0;
     for (int state = 0; state < 20; ++state) {
         RandomFrame frame = random_frame(random);
         const double error_px = random.between(0.0, 20.0);
@@ -168,7 +168,13 @@ TEST(HorizonMap, NothingHiddenIsInSightOverTheFinestSurfaceLoweredByTheError) {
         const double error = error_px / frame.view.pixels_per_radian();
         for (int i = 0; i < 300; ++i) {
             const BoundingSphere ball = random_ball(random, *frame.source, 1000.0);
+            // a box that a group of such balls might have
+            const Aabb box = {ball.centre - random.between(0.0, 60.0) * Eigen::Vector3d::Ones(),
+                              ball.centre + random.between(0.0, 60.0) * Eigen::Vector3d::Ones()};
+            const bool is_possible = horizon.may_hide_in(box);
+            impossible += is_possible ? 0 : 1;
             if (!horizon.hides(ball)) continue;
+            EXPECT_TRUE(is_possible) << "state " << state << " ball " << i;
             for (int k = 0; k < 8; ++k) {
                 const std::optional<WorldPos> p = shown_point(random, frame.view, ball);
                 if (!p) continue;
@@ -183,6 +189,7 @@ TEST(HorizonMap, NothingHiddenIsInSightOverTheFinestSurfaceLoweredByTheError) {
         }
     }
     EXPECT_GT(hidden, 1000);
+    EXPECT_GT(impossible, 100);
 }
 
 // A wall from x = 500 to 600, 50 m high, with slopes beside it, over a plane at height 0.

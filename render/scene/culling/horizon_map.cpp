@@ -204,6 +204,19 @@ struct Occludee {
     double low = 0.0, high = 0.0;
 };
 
+Occludee occludee_of(const Aabb& box_world, const WorldPos& eye_world) {
+    const Eigen::Vector3d low = box_world.low - eye_world, high = box_world.high - eye_world;
+    const Eigen::Vector2d half(0.5 * (high.x() - low.x()), 0.5 * (high.y() - low.y()));
+    return {0.5 * (low + high), half.norm(), low.z(), high.z()};
+}
+
+// The directions to a disc. sine: of half the angle that it subtends, below 1
+Wedge wedge_of(const Eigen::Vector2d& centre, double sine) {
+    const double cosine = std::sqrt(1.0 - sine * sine);
+    const Eigen::Vector2d across(-centre.y(), centre.x());
+    return {cosine * centre - sine * across, cosine * centre + sine * across};
+}
+
 }  // namespace
 
 struct HorizonMap::State {
@@ -236,11 +249,10 @@ bool HorizonMap::State::hides(const Occludee& object, const Reach& reach) const 
     const HorizonRows::Row& row = rows.row(ring);
     const auto middle = static_cast<std::size_t>(azimuth_of(centre.x(), centre.y())) % kSectors;
     if (!(static_cast<double>(row[middle]) > most_slope)) return false;
-    const double sine = object.radius / distance, cosine = std::sqrt(1.0 - sine * sine);
-    const Eigen::Vector2d across(-centre.y(), centre.x());
-    const Wedge wedge{cosine * centre - sine * across, cosine * centre + sine * across};
     float lowest = std::numeric_limits<float>::max();
-    wedge.touched().visit([&](std::size_t sector) { lowest = std::min(lowest, row[sector]); });
+    wedge_of(centre, object.radius / distance).touched().visit([&](std::size_t sector) {
+        lowest = std::min(lowest, row[sector]);
+    });
     const auto horizon = static_cast<double>(lowest);
     if (!(horizon - error * std::sqrt(1.0 + horizon * horizon) > most_slope)) return false;
 
@@ -317,13 +329,31 @@ bool HorizonMap::hides(const BoundingSphere& sphere_world) const {
 bool HorizonMap::hides(const Aabb& box_world) const {
     const State& state = *state_;
     if (state.is_clear) return false;
-    const Eigen::Vector3d low = box_world.low - state.view.eye_world;
-    const Eigen::Vector3d high = box_world.high - state.view.eye_world;
-    const Eigen::Vector3d half = 0.5 * (high - low);
+    const Eigen::Vector3d half = 0.5 * (box_world.high - box_world.low);
     return state.hides(
-        {0.5 * (low + high), std::sqrt(half.x() * half.x() + half.y() * half.y()), low.z(),
-         high.z()},
+        occludee_of(box_world, state.view.eye_world),
         [&](const Eigen::Vector3d& normal) { return internal::reach_along(normal, half); });
+}
+
+// An object is hidden only if the horizon in the sector of its centre is above the slope of its highest point. The rows
+// grow with the distance, and no highest point is below the box.
+bool HorizonMap::may_hide_in(const Aabb& box_world) const {
+    const State& state = *state_;
+    if (state.is_clear) return false;
+    const Occludee box = occludee_of(box_world, state.view.eye_world);
+    const Eigen::Vector2d centre(box.centre.x(), box.centre.y());
+    const double distance = centre.norm();
+    const double nearest = distance - box.radius, farthest = distance + box.radius;
+    if (!(nearest > 0.0) || !std::isfinite(farthest)) return true;
+    const int ring = ring_of(farthest) - 1;
+    if (ring < 0) return false;
+    const double slope = box.low / (box.low >= 0.0 ? farthest : nearest);
+    const HorizonRows::Row& row = state.rows.row(ring);
+    bool is_above = false;
+    wedge_of(centre, box.radius / distance).touched().visit([&](std::size_t sector) {
+        is_above = is_above || static_cast<double>(row[sector]) > slope;
+    });
+    return is_above;
 }
 
 }  // namespace terrane

@@ -54,8 +54,8 @@ std::optional<SceneHit> find_instance_hit(const ClusterSet& clusters,
         const std::optional<MeshRays>& rays = models[cluster.model].rays;
         if (!rays) return;
         const double limit = first ? first->fraction : 1.0;
-        if (!(segment_entry(from_world, displacement, cluster.bounds_world,
-                            static_cast<double>(cluster.most_radius) * 0x1p-20) <= limit))
+        if (!(segment_entry(from_world, displacement, cluster.bounds.box_world,
+                            static_cast<double>(cluster.bounds.most_radius) * 0x1p-20) <= limit))
             return;
         const Eigen::Vector3d from = from_world - cluster.origin_world;
         for (std::size_t i = 0; i < cluster.size(); ++i) {
@@ -383,7 +383,7 @@ std::optional<Aabb> Scene::bounds_world(NodeId node) const {
     if (state_->clusters.object_count() == 0) return bounds_world;
     for (const NodeId each : nodes.subtree(node)) {
         for (const ObjectCluster& cluster : state_->clusters.of_node(each))
-            internal::unite(cluster.bounds_world, bounds_world);
+            internal::unite(cluster.bounds.box_world, bounds_world);
     }
     return bounds_world;
 }

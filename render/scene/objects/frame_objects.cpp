@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace terrane::internal {
 namespace {
@@ -29,65 +30,86 @@ void FrameObjects::begin(const View& view, float log2_least) {
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
 }
 
-// Upper bound of the factors of a cluster's objects (log2): the factor of an object with the cluster's largest scale
-// and largest radius at the point of the cluster's box nearest to the eye, plus a rounding margin.
-float FrameObjects::largest_factor(const ObjectCluster& cluster) const {
-    const Aabb& box = cluster.bounds_world;
+// Upper bound of the factors of objects (log2): the factor of an object with the largest scale and the largest radius at
+// the point of their box nearest to the eye, plus a rounding margin.
+float FrameObjects::largest_factor(const ObjectBounds& bounds) const {
+    const Aabb& box = bounds.box_world;
     const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);
     const auto distance = static_cast<float>((eye_ - nearest).norm());
     // bounding spheres extend beyond the objects' boxes
-    const float least = distance - cluster.most_radius;
-    return log2_pixels_ + cluster.most_log_scale - log2_of(std::max(least, near_)) + 0x1p-10f;
+    const float least = distance - bounds.most_radius;
+    return log2_pixels_ + bounds.most_log_scale - log2_of(std::max(least, near_)) + 0x1p-10f;
 }
 
 // Distances are to bounding spheres: no point of an object is nearer than its sphere.
-void FrameObjects::compute_factors(const ObjectCluster& cluster,
+void FrameObjects::compute_factors(const ObjectCluster& cluster, std::size_t first, std::size_t end,
                                    const Eigen::Vector3f& origin_eye) {
-    const std::size_t count = cluster.size();
     const float ox = origin_eye.x(), oy = origin_eye.y(), oz = origin_eye.z();
     const float *xs = cluster.x.data(), *ys = cluster.y.data(), *zs = cluster.z.data();
     const float *radii = cluster.radius.data(), *scales = cluster.log_scale.data();
-    float* factors = cluster_factors_.data();
-    for (std::size_t i = 0; i < count; ++i) {
+    float* factors = group_factors_.data();
+    for (std::size_t i = first; i < end; ++i) {
         const float dx = xs[i] + ox, dy = ys[i] + oy, dz = zs[i] + oz;
         const float distance = std::sqrt(dx * dx + dy * dy + dz * dz) - radii[i];
-        factors[i] = log2_pixels_ + scales[i] - log2_of(std::max(distance, near_));
+        factors[i - first] = log2_pixels_ + scales[i] - log2_of(std::max(distance, near_));
     }
 }
 
-// Adds the objects of a cluster for which is_wanted(index) is true, except small ones and those hidden by the ground.
-template <class IsWanted>
-void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
-                             const HorizonMap* horizon_map, const IsWanted& is_wanted) {
-    const std::size_t count = cluster.size();
-    if (!choice.is_drawn(largest_factor(cluster), log2_least_)) {
+// Whether none of `count` objects is drawn, because all are small or hidden by the ground; counts them.
+bool FrameObjects::cull(const ObjectBounds& bounds, std::size_t count, const LevelChoice& choice,
+                        const HorizonMap* horizon_map) {
+    if (!choice.is_drawn(largest_factor(bounds), log2_least_)) {
         left_out_ += count;
-        return;
+        return true;
     }
-    if (horizon_map != nullptr && horizon_map->hides(cluster.bounds_world)) {
+    if (horizon_map != nullptr && horizon_map->hides(bounds.box_world)) {
         occluded_ += count;
-        return;
+        return true;
     }
+    return false;
+}
+
+// Adds the objects of a cluster that are wanted, except small ones and those hidden by the ground.
+//
+// @param make_wanted for the box of a group: none if no object of it is wanted, else bool(std::size_t object)
+template <class MakeWanted>
+void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
+                             const HorizonMap* horizon_map, const MakeWanted& make_wanted) {
+    const std::size_t count = cluster.size();
+    if (cull(cluster.bounds, count, choice, horizon_map)) return;
     const Eigen::Vector3f origin_eye = to_local(cluster.origin_world, eye_);
-    compute_factors(cluster, origin_eye);
     if (indices_.size() < object_count_ + count) {
         indices_.resize(2 * (object_count_ + count));
         factors_.resize(indices_.size());
     }
     const std::size_t first = object_count_;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!is_wanted(i)) continue;
-        if (!choice.is_drawn(cluster_factors_[i], log2_least_)) {
-            ++left_out_;
+    std::size_t begin = 0;
+    for (const ObjectCluster::Group& group : cluster.groups) {
+        const std::size_t from = begin;
+        begin = group.end;
+        const auto is_wanted = make_wanted(group.bounds.box_world);
+        if (!is_wanted) continue;
+        // a cluster with one group has been tested
+        if (cluster.groups.size() > 1 && cull(group.bounds, begin - from, choice, horizon_map))
             continue;
+        const bool may_be_hidden =
+            horizon_map != nullptr && horizon_map->may_hide_in(group.bounds.box_world);
+        compute_factors(cluster, from, begin, origin_eye);
+        for (std::size_t i = from; i < begin; ++i) {
+            if (!(*is_wanted)(i)) continue;
+            const float factor = group_factors_[i - from];
+            if (!choice.is_drawn(factor, log2_least_)) {
+                ++left_out_;
+                continue;
+            }
+            if (may_be_hidden && horizon_map->hides(sphere_of(cluster, i))) {
+                ++occluded_;
+                continue;
+            }
+            indices_[object_count_] = static_cast<std::uint16_t>(i);
+            factors_[object_count_] = factor;
+            ++object_count_;
         }
-        if (horizon_map != nullptr && horizon_map->hides(sphere_of(cluster, i))) {
-            ++occluded_;
-            continue;
-        }
-        indices_[object_count_] = static_cast<std::uint16_t>(i);
-        factors_[object_count_] = cluster_factors_[i];
-        ++object_count_;
     }
     if (object_count_ > first) ranges_.push_back({&cluster, origin_eye, first, object_count_});
 }
@@ -95,11 +117,16 @@ void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& ch
 void FrameObjects::add(const ObjectCluster& cluster, const LevelChoice& choice,
                        const ViewVolume& volume, const HorizonMap* horizon_map) {
     PlaneState around;
-    const bool is_inside = volume.test_planes(cluster.bounds_world, around) == Containment::inside;
-    add_where(cluster, choice, horizon_map, [&](std::size_t i) {
-        PlaneState state = around;
-        return is_inside ||
-               volume.test_planes(sphere_of(cluster, i), state) != Containment::outside;
+    volume.test_planes(cluster.bounds.box_world, around);
+    add_where(cluster, choice, horizon_map, [&](const Aabb& box) {
+        PlaneState around_group = around;
+        const Containment where = volume.test_planes(box, around_group);
+        const auto is_wanted = [&volume, &cluster, around_group, where](std::size_t i) {
+            PlaneState state = around_group;
+            return where == Containment::inside ||
+                   volume.test_planes(sphere_of(cluster, i), state) != Containment::outside;
+        };
+        return where == Containment::outside ? std::nullopt : std::optional(is_wanted);
     });
 }
 
@@ -109,15 +136,23 @@ void FrameObjects::add_casters(const ObjectCluster& cluster, const LevelChoice& 
     // objects beyond the far plane are not drawn, not even as casters
     const PlaneState far_plane{.mask = 1 << PlaneState::kFarPlane, .first = PlaneState::kFarPlane};
     PlaneState around;
-    const Containment where = volume.test_planes(cluster.bounds_world, around);
+    const Containment where = volume.test_planes(cluster.bounds.box_world, around);
     if (is_in_view && where == Containment::inside) return;
-    add_where(cluster, choice, nullptr, [&](std::size_t i) {
-        const BoundingSphere sphere = sphere_of(cluster, i);
-        PlaneState state = around, beyond = far_plane;
-        const bool is_taken =
-            is_in_view && volume.test_planes(sphere, state) != Containment::outside;
-        return !is_taken && casters.meets(sphere) &&
-               volume.test_planes(sphere, beyond) != Containment::outside;
+    add_where(cluster, choice, nullptr, [&](const Aabb& box) {
+        PlaneState around_group = around;
+        const Containment of_group =
+            is_in_view ? volume.test_planes(box, around_group) : Containment::outside;
+        const auto is_wanted = [&volume, &casters, &cluster, far_plane, around_group,
+                                of_group](std::size_t i) {
+            const BoundingSphere sphere = sphere_of(cluster, i);
+            PlaneState state = around_group, beyond = far_plane;
+            const bool is_taken = of_group != Containment::outside &&
+                                  volume.test_planes(sphere, state) != Containment::outside;
+            return !is_taken && casters.meets(sphere) &&
+                   volume.test_planes(sphere, beyond) != Containment::outside;
+        };
+        const bool is_any = of_group != Containment::inside && casters.meets(box);
+        return is_any ? std::optional(is_wanted) : std::nullopt;
     });
 }
 

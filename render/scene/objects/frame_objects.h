@@ -35,10 +35,10 @@ public:
                      const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
 
     std::size_t size() const { return object_count_; }
-    /// Number of objects that are not drawn at the least threshold. If this holds for a whole cluster, all its objects
+    /// Number of objects that are not drawn at the least threshold. If this holds for a whole group, all its objects
     /// count, in view or not.
     std::size_t left_out() const { return left_out_; }
-    /// Number of objects hidden by the ground.
+    /// Number of objects hidden by the ground, with those of hidden groups that are out of view.
     std::size_t occluded() const { return occluded_; }
 
     /// Counts the factors of each model's objects. @param counts_out [models]
@@ -63,11 +63,14 @@ private:
         std::size_t first = 0, end = 0;
     };
 
-    float largest_factor(const ObjectCluster& cluster) const;
-    void compute_factors(const ObjectCluster& cluster, const Eigen::Vector3f& origin_eye);
-    template <class IsWanted>
+    float largest_factor(const ObjectBounds& bounds) const;
+    void compute_factors(const ObjectCluster& cluster, std::size_t first, std::size_t end,
+                         const Eigen::Vector3f& origin_eye);
+    bool cull(const ObjectBounds& bounds, std::size_t count, const LevelChoice& choice,
+              const HorizonMap* horizon_map);
+    template <class MakeWanted>
     void add_where(const ObjectCluster& cluster, const LevelChoice& choice,
-                   const HorizonMap* horizon_map, const IsWanted& is_wanted);
+                   const HorizonMap* horizon_map, const MakeWanted& make_wanted);
 
     WorldPos eye_ = WorldPos::Zero();
     float near_ = 1.0f;
@@ -79,7 +82,7 @@ private:
     std::size_t object_count_ = 0;
     std::vector<std::uint16_t> indices_;  // [objects] index in the cluster
     std::vector<float> factors_;          // [objects] log2 of pixels per metre of error at scale 1
-    std::array<float, kClusterObjects> cluster_factors_{};
+    std::array<float, kGroupObjects> group_factors_{};
 };
 
 /// The draws of objects in a frame: one for each level of a model that is drawn.

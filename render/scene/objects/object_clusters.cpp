@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace terrane::internal {
@@ -33,57 +34,91 @@ public:
     }
 
     std::vector<ObjectCluster> make() {
-        std::vector<std::uint32_t> order;
-        std::vector<AabbNode> nodes;
-        build_aabb_tree(boxes_, order, nodes);
-        std::vector<ObjectCluster> clusters;
-        std::size_t leaf = 0;
-        for (std::size_t i = 0; i < nodes.size();) {
-            const std::size_t leaves = (nodes[i].end - i + 1) / 2;
-            if (leaves > kClusterObjects) {
-                ++i;
-                continue;
-            }
-            clusters.push_back(make_cluster(std::span(order).subspan(leaf, leaves)));
-            clusters.back().bounds_world = nodes[i].bounds;
-            leaf += leaves;
-            i = nodes[i].end;
-        }
-        return clusters;
+        std::vector<std::uint32_t> items(boxes_.size());
+        std::iota(items.begin(), items.end(), 0u);
+        if (!items.empty()) add_clusters(items);
+        return std::move(clusters_);
     }
 
 private:
-    ObjectCluster make_cluster(std::span<const std::uint32_t> items) const {
-        ObjectCluster cluster;
-        cluster.model = model_;
-        cluster.origin_world = objects_[items[0]].position;
-        for (const std::uint32_t item : items) {
-            const PlacedObject& object = objects_[item];
-            const Eigen::Vector3d centre = spheres_[item].centre - cluster.origin_world;
-            cluster.x.push_back(static_cast<float>(centre.x()));
-            cluster.y.push_back(static_cast<float>(centre.y()));
-            cluster.z.push_back(static_cast<float>(centre.z()));
-            cluster.radius.push_back(radius_in_float(spheres_[item].radius, centre.norm()));
-            cluster.most_radius = std::max(cluster.most_radius, cluster.radius.back());
-            cluster.object_index.push_back(item);
-            cluster.log_scale.push_back(log2_of(object.scale));
-            cluster.most_log_scale =
-                cluster.size() == 1 ? cluster.log_scale.back()
-                                    : std::max(cluster.most_log_scale, cluster.log_scale.back());
-            const Eigen::Vector3f offset = to_local(object.position, cluster.origin_world);
-            cluster.instances.push_back({.offset_eye = {offset.x(), offset.y(), offset.z()},
-                                         .scale = object.scale,
-                                         .rotation = object.rotation,
-                                         .coverage = 1.0f,
-                                         .tint = object.tint});
+    void add_clusters(std::span<std::uint32_t> items) {
+        if (items.size() > kClusterObjects) {
+            const std::size_t middle = split_into_halves(boxes_, items);
+            add_clusters(items.first(middle));
+            add_clusters(items.subspan(middle));
+            return;
         }
-        return cluster;
+        ObjectCluster& cluster = clusters_.emplace_back();
+        cluster.model = model_;
+        cluster.origin_world = objects_[*std::ranges::min_element(items)].position;
+        reserve(items.size(), cluster);
+        add_groups(items, cluster);
+        cluster.bounds = cluster.groups[0].bounds;
+        for (const ObjectCluster::Group& group : cluster.groups) {
+            unite(group.bounds, cluster.bounds);
+        }
+    }
+
+    void add_groups(std::span<std::uint32_t> items, ObjectCluster& cluster) const {
+        if (items.size() > kGroupObjects) {
+            const std::size_t middle = split_into_halves(boxes_, items);
+            add_groups(items.first(middle), cluster);
+            add_groups(items.subspan(middle), cluster);
+            return;
+        }
+        std::ranges::sort(items);
+        ObjectCluster::Group group;
+        for (const std::uint32_t item : items) {
+            add_object(item, cluster);
+            const ObjectBounds bounds = {boxes_[item], cluster.log_scale.back(),
+                                         cluster.radius.back()};
+            if (item == items[0]) {
+                group.bounds = bounds;
+            } else {
+                unite(bounds, group.bounds);
+            }
+        }
+        group.end = static_cast<std::uint32_t>(cluster.size());
+        cluster.groups.push_back(group);
+    }
+
+    static void unite(const ObjectBounds& with, ObjectBounds& bounds) {
+        bounds.box_world.low = bounds.box_world.low.cwiseMin(with.box_world.low);
+        bounds.box_world.high = bounds.box_world.high.cwiseMax(with.box_world.high);
+        bounds.most_log_scale = std::max(bounds.most_log_scale, with.most_log_scale);
+        bounds.most_radius = std::max(bounds.most_radius, with.most_radius);
+    }
+
+    static void reserve(std::size_t count, ObjectCluster& cluster) {
+        for (std::vector<float>* each :
+             {&cluster.x, &cluster.y, &cluster.z, &cluster.radius, &cluster.log_scale})
+            each->reserve(count);
+        cluster.object_index.reserve(count);
+        cluster.instances.reserve(count);
+    }
+
+    void add_object(std::uint32_t item, ObjectCluster& cluster) const {
+        const PlacedObject& object = objects_[item];
+        const Eigen::Vector3d centre = spheres_[item].centre - cluster.origin_world;
+        cluster.x.push_back(static_cast<float>(centre.x()));
+        cluster.y.push_back(static_cast<float>(centre.y()));
+        cluster.z.push_back(static_cast<float>(centre.z()));
+        cluster.radius.push_back(radius_in_float(spheres_[item].radius, centre.norm()));
+        cluster.object_index.push_back(item);
+        cluster.log_scale.push_back(log2_of(object.scale));
+        const Eigen::Vector3f offset = to_local(object.position, cluster.origin_world);
+        cluster.instances.push_back({.offset_eye = {offset.x(), offset.y(), offset.z()},
+                                     .scale = object.scale,
+                                     .rotation = object.rotation,
+                                     .coverage = 1.0f,
+                                     .tint = object.tint});
     }
 
     std::uint32_t model_;
     std::span<const PlacedObject> objects_;
     std::vector<BoundingSphere> spheres_;
     std::vector<Aabb> boxes_;
+    std::vector<ObjectCluster> clusters_;
 };
 
 }  // namespace
@@ -108,14 +143,13 @@ void set_single(std::uint32_t model, const Aabb& bounds, const Pose& world_from_
     ObjectCluster& cluster = cluster_out;
     cluster.model = model;
     cluster.origin_world = world_from_object.translation;
-    cluster.bounds_world = bounding_box(box);
     cluster.x.assign(1, static_cast<float>(centre.x()));
     cluster.y.assign(1, static_cast<float>(centre.y()));
     cluster.z.assign(1, static_cast<float>(centre.z()));
     cluster.radius.assign(1, radius_in_float(sphere.radius, centre.norm()));
-    cluster.most_radius = cluster.radius[0];
     cluster.log_scale.assign(1, log2_of(static_cast<float>(scale)));
-    cluster.most_log_scale = cluster.log_scale[0];
+    cluster.bounds = {bounding_box(box), cluster.log_scale[0], cluster.radius[0]};
+    cluster.groups.assign(1, {1, cluster.bounds});
     cluster.object_index.assign(1, 0);
     cluster.instances.assign(
         1, {.offset_eye = {0.0f, 0.0f, 0.0f},
@@ -176,7 +210,7 @@ void ClusterSet::rebuild() {
         for (ObjectCluster& cluster : clusters) {
             cluster.tree_index = in_tree_.size();
             in_tree_.push_back(&cluster);
-            boxes.push_back(cluster.bounds_world);
+            boxes.push_back(cluster.bounds.box_world);
         }
     }
     tree_.emplace(boxes);
@@ -194,8 +228,8 @@ void ClusterSet::cull(const ViewVolume& volume, CullTest test,
     }
     for (const ObjectCluster* cluster : beside_) {
         PlaneState all;
-        if (volume.test_planes(cluster->bounds_world, all) == Containment::outside) continue;
-        if (test == CullTest::planes || volume.meets(cluster->bounds_world))
+        if (volume.test_planes(cluster->bounds.box_world, all) == Containment::outside) continue;
+        if (test == CullTest::planes || volume.meets(cluster->bounds.box_world))
             visible_out.push_back(cluster);
     }
     sort_by_insertion(visible_out);
@@ -211,7 +245,7 @@ void ClusterSet::find_casters(const CasterVolume& volume,
         }
     }
     for (const ObjectCluster* cluster : beside_) {
-        if (volume.meets(cluster->bounds_world)) casters_out.push_back(cluster);
+        if (volume.meets(cluster->bounds.box_world)) casters_out.push_back(cluster);
     }
     sort_by_insertion(casters_out);
 }

@@ -18,15 +18,30 @@ namespace terrane::internal {
 /// Largest number of objects in a cluster, the unit of the bounding volume hierarchy.
 inline constexpr std::size_t kClusterObjects = 256;
 
+/// Bounds of objects, by which they are culled together.
+struct ObjectBounds {
+    Aabb box_world;
+    float most_log_scale = 0.0f;  ///< largest of ObjectCluster::log_scale
+    float most_radius = 0.0f;     ///< largest of ObjectCluster::radius
+};
+
+/// Largest number of objects in a group, the part of a cluster that is culled as a whole.
+inline constexpr std::size_t kGroupObjects = 32;
+
 /// Neighbouring objects of one model, as a structure of arrays.
 struct ObjectCluster {
+    /// Consecutive objects that are neighbours, up to `end`.
+    struct Group {
+        std::uint32_t end = 0;
+        ObjectBounds bounds;
+    };
+
     std::uint32_t model = 0;
     std::uint64_t order = 0;                   ///< order of insertion into the scene
     std::size_t tree_index = 0;                ///< index in the hierarchy that contains it
     WorldPos origin_world = WorldPos::Zero();  ///< origin of the offsets
-    Aabb bounds_world;
-    float most_log_scale = 0.0f;  ///< largest of log_scale
-    float most_radius = 0.0f;     ///< largest of radius
+    ObjectBounds bounds;
+    std::vector<Group> groups;
     std::vector<float> x, y,
         z;  ///< [objects] centre of the bounding sphere minus the origin, metres
     std::vector<float> radius;                ///< [objects] of the bounding sphere, metres

@@ -62,6 +62,9 @@ public:
     bool hides(const BoundingSphere& sphere_world) const;
     /// Whether the ground hides the part of a box that is in view. False if unknown, or if the box is not finite.
     bool hides(const Aabb& box_world) const;
+    /// Whether hides() may be true for an object in a box whose bounding sphere has its centre there: false saves its
+    /// calls for all objects of a group.
+    bool may_hide_in(const Aabb& box_world) const;
 
 private:
     struct State;
