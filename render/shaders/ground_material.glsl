@@ -36,7 +36,7 @@ const float kScaleRatio = 8.0;
 // A scale's share of the step to the next one over which both are blended.
 const float kScaleFrom = 0.60, kScaleTo = 1.00;
 // Factor of the contrast of the nearest ground.
-const float kNearContrast = 1.7;
+const float kNearContrast = 1.9;
 // Difference of the weights of a cell's corners over which both are blended.
 const float kBetweenCorners = 0.12;
 // Share of the second material in a pixel up to which only the first is drawn.
@@ -225,7 +225,7 @@ GroundSurface ground_surface(GroundPoint at, vec3 p_eye[PIXELS]) {
     float next = smoothstep(kScaleFrom, kScaleTo, wanted - float(scale));
     vec2 scales = vec2(1.0 - next, next);
     // the smallest scale, whose texels are larger than pixels near the eye, has more contrast
-    scales *= inversesqrt(dot(scales, scales)) * mix(kNearContrast, 1.0, smoothstep(0.5, 2.5, wanted));
+    scales *= inversesqrt(dot(scales, scales)) * mix(kNearContrast, 1.0, smoothstep(0.3, 2.2, wanted));
     vec3 planes = max(abs(at.normal) - kLeastPlane, 0.0);
     planes *= planes;
     planes /= planes.x + planes.y + planes.z;

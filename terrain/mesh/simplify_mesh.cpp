@@ -7,6 +7,7 @@
 #include "mesh/surface_distance.h"
 
 #include <terrane/base/text.h>
+#include <terrane/terrain/progressive_mesh.h>
 #include <terrane/terrain/simplify_mesh.h>
 
 #include <algorithm>
@@ -48,6 +49,17 @@ MethodResult contract_edges(const SimplifyTask& task, std::size_t triangles, dou
 
 namespace {
 
+// The level of ProgressiveMesh with at most a number of triangles.
+TriangleMesh contract_half_edges(const SimplifyTask& task, std::size_t triangles) {
+    ProgressiveSettings settings = task.settings;
+    settings.least_triangle_count = triangles;
+    ProgressiveMesh level = ProgressiveMesh::create(task.mesh, settings).value();
+    level.set_triangle_count(triangles);
+    TriangleMesh mesh = level.finest();
+    mesh.triangles.assign(level.triangles().begin(), level.triangles().end());
+    return without_unused_vertices(mesh);
+}
+
 constexpr int kMostRounds = 12;
 // Ratio of limits at which the search ends.
 constexpr double kCloseLimits = 1.15;
@@ -69,12 +81,14 @@ MethodResult run_method(SimplifyMethod method, const SimplifyTask& task, std::si
 // for by bisection.
 SimplifiedCopy simplify_within(const SimplifyTask& task, const SimplifyMeshSettings& settings) {
     const SurfaceView input = {task.welded.places, task.welded.triangles};
+    const auto bound = [&](const TriangleMesh& mesh) {
+        return bound_surface_distance(input, {mesh.positions, mesh.triangles});
+    };
     std::optional<SimplifiedCopy> best;
     double limit = settings.error_m, good = 0.0, bad = kInfinity;
     for (int round = 0; round < kMostRounds && limit > 0.0; ++round) {
         MethodResult made = run_method(settings.method, task, settings.triangles, limit);
-        const double error =
-            bound_surface_distance(input, {made.mesh.positions, made.mesh.triangles});
+        const double error = bound(made.mesh);
         const bool is_good = error <= settings.error_m;
         if (is_good) {
             good = limit;
@@ -92,6 +106,20 @@ SimplifiedCopy simplify_within(const SimplifyTask& task, const SimplifyMeshSetti
             limit = std::sqrt(good * bad);
         }
         if (bad <= kCloseLimits * good) break;
+    }
+    if (best && settings.method == SimplifyMethod::quadric && limit == kInfinity) {
+        // tracked points do not see how far a new triangle of a thin body is from the input
+        TriangleMesh other = contract_half_edges(task, settings.triangles);
+        const bool has_fewer = other.triangles.size() < best->mesh.triangles.size() &&
+                               best->stop != SimplifyStop::triangle_count;
+        const double error = bound(other);
+        if (has_fewer ||
+            (other.triangles.size() <= best->mesh.triangles.size() && error < best->error_m)) {
+            const SimplifyStop stop = other.triangles.size() <= settings.triangles
+                                          ? SimplifyStop::triangle_count
+                                          : SimplifyStop::no_contraction;
+            best = SimplifiedCopy{std::move(other), error, stop};
+        }
     }
     if (best) return *std::move(best);
     TriangleMesh mesh = task.mesh;

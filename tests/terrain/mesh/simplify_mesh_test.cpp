@@ -298,10 +298,10 @@ TEST(SimplifyMeshPlacement, PutsVerticesOutsideOfARoundSurface) {
 }
 
 TEST(SimplifyMeshPlacement, IsAtMostAsFarAsHalfEdgeContractionsAtTheSameNumber) {
-    // Not everywhere: at a tenth of its triangles this torus is farther from its optimal placement.
+    // at a tenth of the torus's triangles the optimal placement alone is farther
     const std::pair<TriangleMesh, std::vector<double>> cases[] = {
         {mesh_of(make_sphere(10.0, 4)), {0.5, 0.1, 0.02}},
-        {mesh_of(make_torus(5.0, 2.0, 60, 30)), {0.5, 0.02}}};
+        {mesh_of(make_torus(5.0, 2.0, 60, 30)), {0.5, 0.1, 0.02}}};
     for (const auto& [input, shares] : cases) {
         ProgressiveMesh half_edge = ProgressiveMesh::create(input).value();
         for (const double share : shares) {
@@ -312,7 +312,7 @@ TEST(SimplifyMeshPlacement, IsAtMostAsFarAsHalfEdgeContractionsAtTheSameNumber) 
             level.triangles.assign(half_edge.triangles().begin(), half_edge.triangles().end());
             const SimplifiedCopy made = simplified(input, {.triangles = count});
             EXPECT_LE(made.mesh.triangles.size(), count);
-            EXPECT_LE(made.error_m, certified_by_surfaces(input, level) * 1.01)
+            EXPECT_LE(made.error_m, certified_by_surfaces(input, level))
                 << share << " of " << input.triangles.size() << " triangles";
         }
     }

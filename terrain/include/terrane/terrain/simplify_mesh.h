@@ -15,7 +15,8 @@ namespace terrane {
 /// How simplify_mesh() reduces triangles; see docs/simplify.md.
 enum class SimplifyMethod : std::uint8_t {
     /// Edges are contracted to the position and attributes with the least quadric error (Garland and Heckbert 1997;
-    /// Hoppe 1999). Small components may vanish. Thin bodies may have no further contraction.
+    /// Hoppe 1999). Small components may vanish. Without a limit of the error, the level of ProgressiveMesh with this
+    /// number of triangles is the result where its certified distance is less, as for thin tubes.
     quadric,
     /// Vertices near the plane of their neighbours are removed, and their triangles replaced (Schroeder, Zarge and
     /// Lorensen 1992). The vertices that remain are the input's. The topology is kept: there may be no way to the
