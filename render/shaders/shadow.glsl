@@ -29,8 +29,9 @@ const float kBlendFrom = 0.9, kFadeFrom = 0.75;
 #ifdef PENUMBRA
 layout(binding = 14) uniform sampler2DArray shadow_depths;  // the same maps without comparison
 
-// Largest radius of the filter, texels: the 4 x 4 texels that are searched for casters surround it.
-const float kMostRadius = 2.0;
+// Least and largest radius of the filter, texels. With less, edges on walls along the sun's direction are jagged by
+// texels; the 4 x 4 texels that are searched for casters surround the largest one.
+const float kLeastRadius = 1.0, kMostRadius = 2.0;
 // Least component of a receiver's normal towards the sun for the depth of its plane.
 const float kLeastFacing = 0.1;
 // Samples of the unit disc: the radius of the n-th is sqrt((n + 0.5) / 8), its azimuth n times the golden angle.
@@ -63,7 +64,7 @@ float sun_share(vec3 p_eye, vec3 normal, int cascade) {
         height += dot(max(above, 0.0), vec4(1.0));
     }
     bool is_edge = count > 0.0 && count < 16.0;
-    float radius = clamp(shadow.right.w * height / max(count, 1.0) / texel, kFilter, kMostRadius);
+    float radius = clamp(shadow.right.w * height / max(count, 1.0) / texel, kLeastRadius, kMostRadius);
     // a software rasteriser skips the passes of a loop that no pixel needs
     float share = 0.0;
     int i = is_edge ? 0 : 7;
