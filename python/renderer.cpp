@@ -109,7 +109,7 @@ std::shared_ptr<HeldRenderer> make_renderer(
         .imagery_bytes = imagery_bytes,
         .imagery_waits = imagery_waits,
         .texture_bytes = texture_bytes};
-    EglContext context = value_or_raise(without_lock([] { return EglContext::create(); }));
+    GlContext context = value_or_raise(without_lock([] { return GlContext::create(); }));
     Result<TerrainRenderer> renderer = without_lock(
         [&] { return TerrainRenderer::create(context, width_px, height_px, settings); });
     return std::make_shared<HeldRenderer>(

@@ -14,7 +14,7 @@ namespace py = pybind11;
 
 /// An OpenGL context and its renderer, in order of construction.
 struct Drawing {
-    EglContext context;
+    GlContext context;
     TerrainRenderer renderer;
 };
 

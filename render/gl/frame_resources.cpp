@@ -180,6 +180,13 @@ Image Framebuffer::read() const {
     return image;
 }
 
+void Framebuffer::copy_to(GLuint framebuffer, int x, int y, int width_px, int height_px) const {
+    const bool is_scaled = width_px != width_px_ || height_px != height_px_;
+    glBlitNamedFramebuffer(picture_.name(), framebuffer, 0, 0, width_px_, height_px_, x, y,
+                           x + width_px, y + height_px, GL_COLOR_BUFFER_BIT,
+                           is_scaled ? GL_LINEAR : GL_NEAREST);
+}
+
 StreamBuffer::~StreamBuffer() {
     for (Turn& turn : turns_) {
         if (turn.fence != nullptr) glDeleteSync(turn.fence);

@@ -50,6 +50,8 @@ public:
     /// Colour with premultiplied alpha, to be blended over ground and sky.
     GLuint overlay_texture() const { return overlay_.name(); }
     Image read() const;
+    /// Copies the picture into a rectangle of another framebuffer of the context, scaled.
+    void copy_to(GLuint framebuffer, int x, int y, int width_px, int height_px) const;
 
 private:
     Framebuffer() = default;

@@ -3,6 +3,7 @@
 
 #include <terrane/render/offscreen.h>
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <png.h>
@@ -21,7 +22,7 @@
 
 namespace terrane {
 
-struct EglContext::State {
+struct GlContext::State {
     EGLDisplay display = EGL_NO_DISPLAY;
     EGLContext context = EGL_NO_CONTEXT;
     std::string renderer_name;
@@ -123,14 +124,29 @@ std::string open_display(EGLDisplay display, GlChecks checks, EGLContext& contex
     return {};
 }
 
+// Whether a context of EGL or GLX is current. GLX is not linked: a host that uses it has loaded it.
+bool has_current_context() {
+    if (eglGetCurrentContext() != EGL_NO_CONTEXT) return true;
+    for (const char* const name : {"libGLX.so.0", "libGL.so.1"}) {
+        void* const library = dlopen(name, RTLD_LAZY | RTLD_NOLOAD);
+        if (library == nullptr) continue;
+        // POSIX converts pointers of dlsym() to functions
+        const auto current = reinterpret_cast<void* (*)()>(dlsym(library, "glXGetCurrentContext"));
+        const bool is_current = current != nullptr && current() != nullptr;
+        dlclose(library);
+        if (is_current) return true;
+    }
+    return false;
+}
+
 }  // namespace
 
-EglContext::EglContext(std::shared_ptr<State> state) : state_(std::move(state)) {}
-EglContext::EglContext(EglContext&&) noexcept = default;
-EglContext& EglContext::operator=(EglContext&&) noexcept = default;
-EglContext::~EglContext() = default;
+GlContext::GlContext(std::shared_ptr<State> state) : state_(std::move(state)) {}
+GlContext::GlContext(GlContext&&) noexcept = default;
+GlContext& GlContext::operator=(GlContext&&) noexcept = default;
+GlContext::~GlContext() = default;
 
-Result<EglContext> EglContext::create(GlChecks checks) {
+Result<GlContext> GlContext::create(GlChecks checks) {
     std::string troubles;
     for (const Candidate& candidate : list_displays(troubles)) {
         EGLContext context = EGL_NO_CONTEXT;
@@ -151,25 +167,46 @@ Result<EglContext> EglContext::create(GlChecks checks) {
         // OpenGL returns text as unsigned char
         state->renderer_name = reinterpret_cast<const char*>(name);
         if (checks == GlChecks::on) internal::attach_log(state->log);
-        return EglContext(std::move(state));
+        return GlContext(std::move(state));
     }
     return fail(ErrorCode::device_unavailable, "no OpenGL 4.5 device opens: " + troubles);
 }
 
-void EglContext::make_current() {
+Result<GlContext> GlContext::adopt_current() {
+    if (!has_current_context()) {
+        return fail(ErrorCode::device_unavailable,
+                    "no OpenGL context is current on the calling thread");
+    }
+    const int version = epoxy_gl_version();
+    if (!epoxy_is_desktop_gl() || version < 45) {
+        return fail(ErrorCode::device_unavailable,
+                    std::string("the current context must be OpenGL 4.5 or later, got OpenGL ") +
+                        (epoxy_is_desktop_gl() ? "" : "ES ") + std::to_string(version / 10) + "." +
+                        std::to_string(version % 10));
+    }
+    auto state = std::make_shared<State>();
+    // OpenGL returns text as unsigned char
+    state->renderer_name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    return GlContext(std::move(state));
+}
+
+bool GlContext::is_adopted() const { return state_->context == EGL_NO_CONTEXT; }
+
+void GlContext::make_current() {
+    if (is_adopted()) return;
     eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, state_->context);
 }
 
-const std::string& EglContext::renderer_name() const { return state_->renderer_name; }
+const std::string& GlContext::renderer_name() const { return state_->renderer_name; }
 
-bool EglContext::is_software() const {
+bool GlContext::is_software() const {
     constexpr std::array kNames = {"llvmpipe", "softpipe", "SwiftShader"};
     return std::any_of(kNames.begin(), kNames.end(), [&](const char* name) {
         return state_->renderer_name.find(name) != std::string::npos;
     });
 }
 
-std::shared_ptr<const void> EglContext::keep_alive() const { return state_; }
+std::shared_ptr<const void> GlContext::keep_alive() const { return state_; }
 
 namespace {
 

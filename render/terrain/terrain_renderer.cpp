@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "gl/frame_resources.h"
 #include "gl/gl_object.h"
+#include "gl/host_state.h"
 #include "gl/shader.h"
 #include "light/frame_uniforms.h"
 #include "light/ground_materials.h"
@@ -140,6 +141,7 @@ struct TerrainRenderer::State {
     std::optional<GroundMaterials> materials;
     double time = 0.0;
     GroundDraws draws;
+    bool is_hosted = false;  // in a host's context
     GroundCasters ground_casters = GroundCasters::all;
     VolumeDraws solids;
     SceneObjects scene;
@@ -227,7 +229,7 @@ void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const V
 namespace {
 
 // Software rasterisers filter anisotropic textures, but slowly.
-int anisotropy_of(const EglContext& context, const GroundLookSettings& look) {
+int anisotropy_of(const GlContext& context, const GroundLookSettings& look) {
     if (context.is_software()) return 1;
     GLfloat most = 1.0f;
     glGetFloatv(GL_MAX_TEXTURE_MAX_ANISOTROPY, &most);
@@ -241,9 +243,10 @@ TerrainRenderer::TerrainRenderer(TerrainRenderer&&) noexcept = default;
 TerrainRenderer& TerrainRenderer::operator=(TerrainRenderer&&) noexcept = default;
 TerrainRenderer::~TerrainRenderer() = default;
 
-Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_px, int height_px,
+Result<TerrainRenderer> TerrainRenderer::create(GlContext& context, int width_px, int height_px,
                                                 const RendererSettings& settings) {
     TERRANE_TRY(check(settings));
+    const HostState host(context.is_adopted());
     TERRANE_TRY(Framebuffer picture,
                 Framebuffer::create(width_px, height_px, settings.sample_count,
                                     settings.smooth_edges, settings.ground_look.has_value()));
@@ -263,9 +266,10 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
                                          settings.texture_bytes, !context.is_software());
     state->context = context.keep_alive();
     state->settings = settings;
+    state->is_hosted = context.is_adopted();
     if (context.is_software()) {
         state->ground_casters = GroundCasters::backs;
-    } else {
+    } else if (!context.is_adopted()) {
         state->timer.emplace();
     }
     if (settings.ground_look) state->materials.emplace(settings, features.anisotropy);
@@ -278,6 +282,7 @@ Result<TerrainRenderer> TerrainRenderer::create(EglContext& context, int width_p
 Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                                    const SceneDraws& scene) {
     State& state = *state_;
+    const HostState host(state.is_hosted);
     TERRANE_TRY(check(mesh, view, state.picture));
     // the sky does not depend on the lattice
     const Lattice lattice = mesh.resident == nullptr ? Lattice{} : mesh.resident->lattice();
@@ -377,22 +382,28 @@ Result<void> TerrainRenderer::set_time(double seconds) {
 Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,
                                          std::span<const MeshLevel> levels,
                                          const MeshMaterial& material) {
-    return state_->scene.add_mesh(mesh, levels, {&material, 1});
+    return add_mesh(mesh, levels, std::span(&material, 1));
 }
 
 Result<MeshId> TerrainRenderer::add_mesh(const TriangleMesh& mesh,
                                          std::span<const MeshLevel> levels,
                                          std::span<const MeshMaterial> materials) {
+    const HostState host(state_->is_hosted);
     return state_->scene.add_mesh(mesh, levels, materials);
 }
 
-void TerrainRenderer::remove_mesh(MeshId mesh) { state_->scene.remove_mesh(mesh); }
+void TerrainRenderer::remove_mesh(MeshId mesh) {
+    const HostState host(state_->is_hosted);
+    state_->scene.remove_mesh(mesh);
+}
 
 Result<ImpostorId> TerrainRenderer::add_impostor(MeshId mesh, const ImpostorSettings& settings) {
+    const HostState host(state_->is_hosted);
     return state_->scene.add_impostor(mesh, settings);
 }
 
 void TerrainRenderer::remove_impostor(ImpostorId impostor) {
+    const HostState host(state_->is_hosted);
     state_->scene.remove_impostor(impostor);
 }
 
@@ -405,7 +416,22 @@ std::optional<SunShadows> TerrainRenderer::shadows() const {
 
 const DrawCounts& TerrainRenderer::counts() const { return state_->counts; }
 
-Image TerrainRenderer::read() const { return state_->picture.read(); }
+Image TerrainRenderer::read() const {
+    const HostState host(state_->is_hosted);
+    return state_->picture.read();
+}
+
+Result<void> TerrainRenderer::present(const PresentTarget& target) {
+    if (target.width_px < 1 || target.height_px < 1) {
+        return fail(ErrorCode::invalid_argument,
+                    "the sides of a rectangle must be at least 1 pixel, got " +
+                        std::to_string(target.width_px) + " x " + std::to_string(target.height_px));
+    }
+    const HostState host(state_->is_hosted);
+    state_->picture.copy_to(target.framebuffer, target.x, target.y, target.width_px,
+                            target.height_px);
+    return check_gl("show the picture");
+}
 
 int TerrainRenderer::sample_count() const { return state_->picture.sample_count(); }
 

@@ -18,8 +18,8 @@
 namespace terrane {
 namespace egl_context_test {
 
-TEST(EglContext, OpensOpenGl45CoreOrSaysWhyNot) {
-    Result<EglContext> context = EglContext::create();
+TEST(GlContext, OpensOpenGl45CoreOrSaysWhyNot) {
+    Result<GlContext> context = GlContext::create();
     if (!context) {
         EXPECT_EQ(context.error().code, ErrorCode::device_unavailable);
         EXPECT_NE(context.error().message, "");
@@ -33,7 +33,7 @@ using EglContextTest = test::GlTest;
 
 TEST_F(EglContextTest, TwoLiveSideBySideAndTakeTurns) {
     {
-        Result<EglContext> second = EglContext::create();
+        Result<GlContext> second = GlContext::create();
         ASSERT_TRUE(second) << second.error().message;
         context_->make_current();
         second->make_current();

@@ -21,12 +21,12 @@ namespace terrane::test {
 class GlTest : public testing::Test {
 protected:
     void SetUp() override {
-        Result<EglContext> context = EglContext::create(GlChecks::on);
+        Result<GlContext> context = GlContext::create(GlChecks::on);
         if (!context) GTEST_SKIP() << context.error().message;
-        context_ = std::make_unique<EglContext>(std::move(*context));
+        context_ = std::make_unique<GlContext>(std::move(*context));
     }
 
-    std::unique_ptr<EglContext> context_;
+    std::unique_ptr<GlContext> context_;
 };
 
 /// A test with renderers of one size.

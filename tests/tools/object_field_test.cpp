@@ -221,7 +221,7 @@ int count_different(const Image& a, const Image& b, int more_than) {
 class SlowApproach : public ::testing::TestWithParam<const char*> {
 protected:
     void SetUp() override {
-        Result<EglContext> context = EglContext::create();
+        Result<GlContext> context = GlContext::create();
         if (!context) GTEST_SKIP() << context.error().message;
         context_.emplace(*std::move(context));
     }
@@ -241,7 +241,7 @@ protected:
         const WorldPos eye = middle + distance * Eigen::Vector3d(0.8, 0.59, 0.1).normalized();
         return look_at(eye, middle, kFov, kSide, kSide).value();
     }
-    std::optional<EglContext> context_;
+    std::optional<GlContext> context_;
 };
 
 // Prints the largest share of the object's pixels that change from a frame to the next: by its levels alone, by

@@ -49,28 +49,4 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// A window that shows finished pictures. It has its own OpenGL context and leaves none current: make another context
-/// current again after create() and show().
-///
-/// Threads: the one that created it; one window at a time.
-class Window {
-public:
-    /// Fails with device_unavailable and the reason if there is no display.
-    static Result<Window> create(const std::string& title, int width, int height);
-    Window(Window&&) noexcept;
-    Window& operator=(Window&&) noexcept;
-    ~Window();
-
-    /// Shows a picture scaled to the window, and processes input events.
-    void show(const Image& image);
-
-    /// Whether the user closed the window or pressed Escape.
-    bool is_closed() const;
-
-private:
-    struct State;
-    explicit Window(std::unique_ptr<State> state);
-    std::unique_ptr<State> state_;
-};
-
 }  // namespace terrane::tools

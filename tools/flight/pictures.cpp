@@ -85,12 +85,21 @@ std::optional<GroundLookSettings> look_of(const FlightOptions& options, const Te
 
 }  // namespace
 
-FlightPictures::FlightPictures(EglContext context, TerrainRenderer renderer, double fps)
-    : context_(std::move(context)), renderer_(std::move(renderer)), fps_(fps) {}
+FlightPictures::FlightPictures(std::optional<Window> window, GlContext context,
+                               TerrainRenderer renderer, double fps)
+    : window_(std::move(window)),
+      context_(std::move(context)),
+      renderer_(std::move(renderer)),
+      fps_(fps) {}
 
 Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
                                               const std::shared_ptr<OutputFolder>& folder) {
-    TERRANE_TRY(EglContext context, EglContext::create());
+    std::optional<Window> window;
+    if (options.window) {
+        TERRANE_TRY(window,
+                    Window::create("terrane", options.size.width_px, options.size.height_px));
+    }
+    TERRANE_TRY(GlContext context, window ? GlContext::adopt_current() : GlContext::create());
     RendererSettings settings;
     fit_tints(terrain, settings);
     settings.sample_count = options.samples > 0     ? static_cast<int>(options.samples)
@@ -116,18 +125,13 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
     TERRANE_TRY(
         TerrainRenderer renderer,
         TerrainRenderer::create(context, options.size.width_px, options.size.height_px, settings));
-    FlightPictures pictures(std::move(context), std::move(renderer), options.fps);
+    FlightPictures pictures(std::move(window), std::move(context), std::move(renderer),
+                            options.fps);
     if (options.png) pictures.picture_folder_ = folder;
     if (options.video) {
         TERRANE_TRY(Film film, Film::create(OutputPlace(folder, kFilmName), options.size.width_px,
                                             options.size.height_px, options.fps));
         pictures.film_.emplace(std::move(film));
-    }
-    if (options.window) {
-        TERRANE_TRY(Window window,
-                    Window::create("terrane", options.size.width_px, options.size.height_px));
-        pictures.window_.emplace(std::move(window));
-        pictures.context_.make_current();
     }
     return pictures;
 }
@@ -136,13 +140,11 @@ Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, con
     const auto start = std::chrono::steady_clock::now();
     TERRANE_TRY(renderer_.set_time(static_cast<double>(frame) / fps_));
     TERRANE_TRY(renderer_.draw(made.mesh, view, made.draws));
-    const Image image = renderer_.read();
+    const bool has_files = picture_folder_ != nullptr || film_;
+    const Image image = has_files || !window_ ? renderer_.read() : Image();
+    if (window_) TERRANE_TRY(window_->show(renderer_));
     const std::chrono::duration<double, std::milli> taken =
         std::chrono::steady_clock::now() - start;
-    if (window_) {
-        window_->show(image);
-        context_.make_current();
-    }
     if (picture_folder_ != nullptr) {
         const std::string name = frame_name(frame);
         const std::string path = picture_folder_->path_of(name);

@@ -3,6 +3,7 @@
 
 #include "flight/film.h"
 #include "flight/flight_options.h"
+#include "flight/window.h"
 
 #include <terrane/render/terrain_renderer.h>
 
@@ -12,8 +13,7 @@
 
 namespace terrane::tools {
 
-/// Draws frames off screen; writes them as PNG files and as a film, and shows them in a window, according to the
-/// options.
+/// Draws frames, off screen or in a window, and writes them as PNG files and as a film, according to the options.
 class FlightPictures {
 public:
     /// Fails with device_unavailable if no device can be opened, io if the film cannot be created.
@@ -24,7 +24,7 @@ public:
 
     /// Draws a frame and writes it. Fails with io.
     ///
-    /// @return milliseconds from the draw call until the picture has been read
+    /// @return milliseconds from the draw call until the picture has been read, or shown if there are no files
     Result<double> add(std::size_t frame, const MadeFrame& made, const View& view);
 
     /// The renderer, for adding meshes of objects.
@@ -42,13 +42,14 @@ public:
     const std::string& renderer_name() const { return context_.renderer_name(); }
 
 private:
-    FlightPictures(EglContext context, TerrainRenderer renderer, double fps);
+    FlightPictures(std::optional<Window> window, GlContext context, TerrainRenderer renderer,
+                   double fps);
 
-    EglContext context_;  // the renderer's objects live in it
+    std::optional<Window> window_;  // whose context the renderer draws in, if there is one
+    GlContext context_;             // the renderer's objects live in it
     TerrainRenderer renderer_;
     double fps_;
     std::optional<Film> film_;
-    std::optional<Window> window_;
     std::shared_ptr<OutputFolder> picture_folder_;  // null without --png
 };
 

@@ -135,7 +135,7 @@ private:
         std::shared_ptr<const ResidentSet> resident;
     };
     struct Device {
-        EglContext context;  // the renderer's objects live in it
+        GlContext context;  // the renderer's objects live in it
         TerrainRenderer renderer;
     };
 
@@ -143,7 +143,7 @@ private:
         : source_(std::move(source)) {}
 
     void open_device(bool is_quick) {
-        Result<EglContext> context = EglContext::create();
+        Result<GlContext> context = GlContext::create();
         // a software rasteriser takes seconds for the largest meshes
         if (!context || (is_quick && context->is_software())) return;
         RendererSettings settings;

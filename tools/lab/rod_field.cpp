@@ -61,7 +61,7 @@ RodField::RodField(TriangleMesh mesh, const Aabb& box, std::size_t count, double
         boxes_.push_back(transform(pose, 1.0, box));
         balls_.push_back(bounding_sphere(boxes_.back()));
     }
-    Result<EglContext> context = EglContext::create();
+    Result<GlContext> context = GlContext::create();
     if (!context || (is_quick && context->is_software())) return;
     RendererSettings settings;
     settings.sample_count = 1;

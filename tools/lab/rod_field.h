@@ -56,7 +56,7 @@ public:
 
 private:
     struct Device {
-        EglContext context;  // the renderer's objects live in it
+        GlContext context;  // the renderer's objects live in it
         TerrainRenderer renderer;
         MeshId mesh;
     };

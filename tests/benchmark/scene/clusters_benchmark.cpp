@@ -75,7 +75,7 @@ int main(int argc, char** argv) {
     Arguments arguments(argc, argv, "clusters_benchmark [--quick]");
     const bool is_quick = arguments.has("--quick");
     arguments.finish();
-    terrane::EglContext context = open_device();
+    terrane::GlContext context = open_device();
     terrane::TerrainRenderer renderer = make_renderer(context, kWidth, kHeight);
     std::printf("%9s %6s %8s %11s %9s %9s %7s\n", "triangles", "rocks", "from, m", "submitted %",
                 "whole ms", "parts ms", "change %");

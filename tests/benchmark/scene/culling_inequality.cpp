@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
     const bool is_quick = arguments.has("--quick");
     const std::vector<std::string> reports = arguments.rest();
     if (reports.size() > 1) arguments.exit_with_usage("more than one report is named");
-    const EglContext context = open_device();
+    const GlContext context = open_device();
     std::vector<View> views;
     test::Random random(5);
     for (int i = 0; i < (is_quick ? 1 : 7); ++i) {

@@ -36,7 +36,7 @@ Scene scene_of(const ObjectModel& model) {
     return scene;
 }
 
-Dense make_dense(EglContext& context, int depth) {
+Dense make_dense(GlContext& context, int depth) {
     const TriangleMesh mesh = test::make_rock(depth, 1);
     ObjectLevels levels = make_object_levels(mesh).value();
     TerrainRenderer renderer = make_renderer(context, kWidth, kHeight);
@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
     const bool is_quick = arguments.has("--quick");
     const std::string pictures = arguments.text("--pictures", "");
     arguments.finish();
-    terrane::EglContext context = open_device();
+    terrane::GlContext context = open_device();
     std::printf("a rock, discrete levels and continuous ones within %.0f px, %d x %d\n", kErrorPx,
                 kWidth, kHeight);
     for (int depth = 3; depth <= (is_quick ? 3 : 6); ++depth) {

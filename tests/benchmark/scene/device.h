@@ -8,15 +8,15 @@
 namespace terrane::bench {
 
 /// A device for drawing. Ends the program, as a success, where none can be opened.
-inline EglContext open_device() {
-    Result<EglContext> context = EglContext::create();
+inline GlContext open_device() {
+    Result<GlContext> context = GlContext::create();
     if (context) return std::move(*context);
     std::printf("skipped: %s\n", context.error().message.c_str());
     std::exit(0);
 }
 
 /// A renderer with one sample a pixel.
-inline TerrainRenderer make_renderer(EglContext& context, int width, int height) {
+inline TerrainRenderer make_renderer(GlContext& context, int width, int height) {
     RendererSettings settings;
     settings.sample_count = 1;
     return value_or_exit(TerrainRenderer::create(context, width, height, settings));

@@ -225,7 +225,7 @@ Comparison compare(int rounds, const std::function<double(const std::function<vo
 }
 
 // False where the two pictures are not of the same thing.
-bool run(EglContext& context, const Options& options, std::size_t budget) {
+bool run(GlContext& context, const Options& options, std::size_t budget) {
     const std::shared_ptr<const HeightSource> source =
         value_or_exit(FractalHeights::create({.seed = 7, .finest_spacing_log2 = -1}));
     Pager pager = value_or_exit(
@@ -314,7 +314,7 @@ int main(int argc, char** argv) {
     }
     std::vector<double> budgets = arguments.numbers("BUDGET", 1.0, 1e8);
     if (budgets.empty()) budgets = is_smoke ? std::vector{1e4} : std::vector{1e4, 1e5, 1e6};
-    EglContext context = open_device();
+    GlContext context = open_device();
     std::printf("%s, %d x %d, %d samples, median of %d; ms: (a) renderer, (b) one plain draw\n",
                 context.renderer_name().c_str(), options.width_px, options.height_px,
                 options.sample_count, options.rounds);

@@ -26,7 +26,7 @@ struct Crowd {
     Scene scene;
 };
 
-Crowd make_crowd(EglContext& context, int count) {
+Crowd make_crowd(GlContext& context, int count) {
     Crowd crowd = {make_renderer(context, kWidth, kHeight), Scene::create({}).value()};
     const TriangleMesh mesh = test::make_rock(2, 1);
     ObjectModel model;
@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
     Arguments arguments(argc, argv, "governor_benchmark [--quick]");
     const bool is_quick = arguments.has("--quick");
     arguments.finish();
-    EglContext context = open_device();
+    GlContext context = open_device();
     Crowd crowd = make_crowd(context, is_quick ? 200 : 4000);
     std::vector<double> empty;
     for (int i = 0; i < 15; ++i) empty.push_back(draw(crowd, false, kMostTriangles).ms);

@@ -20,7 +20,7 @@ int fail(const terrane::Error& error) {
 
 int main() {
     using namespace terrane;
-    Result<EglContext> context = EglContext::create();
+    Result<GlContext> context = GlContext::create();
     if (!context) {
         fail(context.error());
         return kNoDevice;

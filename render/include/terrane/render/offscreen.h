@@ -15,21 +15,30 @@ namespace terrane {
 /// For tests; drawing is slower on some drivers.
 enum class GlChecks { off, on };
 
-/// An off-screen OpenGL 4.5 core context without a window system.
-class EglContext {
+/// An OpenGL 4.5 context: one of our own, off screen and without a window system, or a host's.
+class GlContext {
 public:
     /// Opens a context on the surfaceless platform or, if that fails, on the first device on which it succeeds. The
     /// context is then current on the calling thread. A machine without a GPU normally has a software rasteriser.
     ///
     /// Fails with device_unavailable if no context can be opened; the message lists the EGL errors.
-    static Result<EglContext> create(GlChecks checks = GlChecks::off);
+    static Result<GlContext> create(GlChecks checks = GlChecks::off);
+    /// Uses the context that is current on the calling thread, which the host has made (by EGL, GLX, GLFW, Qt) and keeps
+    /// until all renderers in it are gone. Calls of a renderer leave the state of a host's context as they find it,
+    /// except objects of their own; no transform feedback, conditional rendering or query may be active during a call, and
+    /// errors that the host has not read are lost.
+    ///
+    /// Fails with device_unavailable if no context is current, or it is not OpenGL 4.5 or later.
+    static Result<GlContext> adopt_current();
 
-    EglContext(EglContext&&) noexcept;
-    EglContext& operator=(EglContext&&) noexcept;
-    ~EglContext();
+    GlContext(GlContext&&) noexcept;
+    GlContext& operator=(GlContext&&) noexcept;
+    ~GlContext();
 
-    /// Binds the context to the calling thread.
+    /// Binds the context to the calling thread; no effect for a host's.
     void make_current();
+    /// Whether it is a host's context.
+    bool is_adopted() const;
 
     /// GL_RENDERER of the driver.
     const std::string& renderer_name() const;
@@ -41,7 +50,7 @@ public:
 
 private:
     struct State;
-    explicit EglContext(std::shared_ptr<State> state);
+    explicit GlContext(std::shared_ptr<State> state);
     std::shared_ptr<State> state_;
 };
 

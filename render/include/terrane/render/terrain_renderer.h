@@ -135,6 +135,13 @@ struct DrawCounts {
     std::optional<double> gpu_ms;
 };
 
+/// A rectangle of a framebuffer of the renderer's context, such as a window's.
+struct PresentTarget {
+    unsigned framebuffer = 0;         ///< OpenGL's name of it; 0: the window's
+    int x = 0, y = 0;                 ///< lower left corner, pixels from that of the framebuffer
+    int width_px = 0, height_px = 0;  ///< 1 or more
+};
+
 /// Draws meshes of a Triangulator off screen.
 ///
 /// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident. Uploads indices, and offsets
@@ -146,12 +153,15 @@ struct DrawCounts {
 /// resident chunk blends in over 16 calls of draw(). A picture therefore depends on earlier calls, as with the pager's
 /// fades. The first picture, and the first after a jump of the eye, use all samples at once.
 ///
+/// In a host's context (GlContext::adopt_current()) every call leaves the state of OpenGL as it finds it; device times
+/// are not measured there.
+///
 /// Threads: the thread whose context is current, from create() to the destructor
 class TerrainRenderer {
 public:
     /// Fails with invalid_argument for a size below 1 or above the device's limit (at most 2^26 pixels in all) and for
     /// settings that are not finite or out of range; with device_unavailable if shaders or buffers cannot be created.
-    static Result<TerrainRenderer> create(EglContext& context, int width_px, int height_px,
+    static Result<TerrainRenderer> create(GlContext& context, int width_px, int height_px,
                                           const RendererSettings& settings);
     TerrainRenderer(TerrainRenderer&&) noexcept;
     TerrainRenderer& operator=(TerrainRenderer&&) noexcept;
@@ -207,6 +217,12 @@ public:
 
     /// Reads the last frame back from the device.
     Image read() const;
+    /// Copies the last frame into a framebuffer on the device, scaled to the rectangle: shows it in a window without
+    /// reading it back. The framebuffer's colours are taken for sRGB, as the frame's are.
+    ///
+    /// Fails with invalid_argument for a side below 1; with device_unavailable for OpenGL errors, such as a framebuffer
+    /// that does not exist or is not complete.
+    Result<void> present(const PresentTarget& target);
 
     /// Samples per pixel in use.
     int sample_count() const;
