@@ -27,6 +27,7 @@ UploadedModels::~UploadedModels() {
     if (drawing == nullptr) return;
     for (const MeshId mesh : meshes_) drawing->renderer.remove_mesh(mesh);
     for (const ImpostorId impostor : impostors_) drawing->renderer.remove_impostor(impostor);
+    for (const auto& [image, id] : images_) drawing->renderer.remove_particle_image(id);
 }
 
 Result<void> UploadedModels::add(ObjectLevels& levels, const MeshMaterial& material) {
@@ -34,6 +35,16 @@ Result<void> UploadedModels::add(ObjectLevels& levels, const MeshMaterial& mater
     meshes_.push_back(levels.model.mesh);
     if (levels.model.impostor) impostors_.push_back(*levels.model.impostor);
     return {};
+}
+
+Result<ParticleImageId> UploadedModels::add(TextureImage image) {
+    for (const auto& [known, id] : images_) {
+        if (known->width == image.width && known->rgba == image.rgba) return id;
+    }
+    auto made = std::make_shared<const TextureImage>(std::move(image));
+    TERRANE_TRY(const ParticleImageId id, renderer_->use().renderer.add_particle_image(made));
+    images_.emplace_back(std::move(made), id);
+    return id;
 }
 
 namespace {
@@ -137,19 +148,23 @@ std::vector<std::array<std::uint8_t, 4>> read_colours(const py::object& argument
     return colours;
 }
 
-std::shared_ptr<const TextureImage> read_texture(const py::object& argument) {
-    const auto array = read_bytes(argument, "texture");
+}  // namespace
+
+TextureImage read_image(const py::object& argument, const char* name) {
+    const auto array = read_bytes(argument, name);
     const auto is_side = [](py::ssize_t side) { return side >= 1 && side <= kLargestTextureSide; };
     if (array.ndim() != 3 || array.shape(2) != 4 || !is_side(array.shape(0)) ||
         !is_side(array.shape(1))) {
-        throw py::value_error("texture must have the shape (height, width, 4), sides 1 to " +
+        throw py::value_error(std::string(name) +
+                              " must have the shape (height, width, 4), sides 1 to " +
                               number_text(kLargestTextureSide) + ", got " + shape_text(array));
     }
-    return std::make_shared<const TextureImage>(
-        TextureImage{.width = static_cast<int>(array.shape(1)),
-                     .height = static_cast<int>(array.shape(0)),
-                     .rgba = {array.data(), array.data() + array.size()}});
+    return {.width = static_cast<int>(array.shape(1)),
+            .height = static_cast<int>(array.shape(0)),
+            .rgba = {array.data(), array.data() + array.size()}};
 }
+
+namespace {
 
 void check_count(std::size_t count, const char* name, std::size_t vertex_count) {
     if (count == vertex_count) return;
@@ -194,7 +209,8 @@ HeldModel add_model(const std::shared_ptr<SceneUse>& scene, const py::object& ve
     if (!texture.is_none()) {
         if (texture_coordinates.is_none())
             throw py::value_error("a texture needs texture_coordinates");
-        material.colour_texture.image = read_texture(texture);
+        material.colour_texture.image =
+            std::make_shared<const TextureImage>(read_image(texture, "texture"));
     }
     if (mesh.normals.empty())
         mesh = without_lock([&] { return with_crease_normals(mesh, std::cos(crease)); });

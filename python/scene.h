@@ -31,12 +31,15 @@ public:
 
     /// Uploads a model's levels: see upload_levels(). Fails: RuntimeError and ValueError as HeldRenderer::use()
     Result<void> add(ObjectLevels& levels, const MeshMaterial& material);
+    /// Uploads an image of particles, unless an equal one has been uploaded. Fails as add()
+    Result<ParticleImageId> add(TextureImage image);
     const HeldRenderer* renderer() const { return renderer_.get(); }
 
 private:
     std::shared_ptr<HeldRenderer> renderer_;
     std::vector<MeshId> meshes_;
     std::vector<ImpostorId> impostors_;
+    std::vector<std::pair<std::shared_ptr<const TextureImage>, ParticleImageId>> images_;
 };
 
 /// A scene and its models on the device.
@@ -68,6 +71,9 @@ struct HeldNode {
 /// @param least_px as given to demands_of()
 SceneDraws draws_within(Scene& scene, const View& view, const TerrainMesh& mesh, std::size_t budget,
                         double least_px, const std::optional<SunShadows>& shadows);
+
+/// An image: uint8 of shape (height, width, 4), row 0 at the top. @param name of the argument, for messages
+TextureImage read_image(const py::object& argument, const char* name);
 
 /// Methods of Scene, Model and Node.
 void bind_scene(SceneClass& scene, py::module_& module);

@@ -115,21 +115,28 @@ HeldNode add_emitter(const std::shared_ptr<SceneUse>& scene, const py::object& p
                      const py::object& velocity, double velocity_spread, const py::object& wind,
                      double drag_time, const py::object& acceleration,
                      const std::array<double, 2>& radius, const ColourRange& colours,
-                     float strength, std::size_t most_particles, std::uint64_t seed, double start) {
-    const EmitterNode emitter{.rate = rate,
-                              .life = life,
-                              .source_radius = source_radius,
-                              .velocity = read_vector(velocity, "velocity"),
-                              .velocity_spread = velocity_spread,
-                              .wind = read_vector(wind, "wind"),
-                              .drag_time = drag_time,
-                              .acceleration = read_vector(acceleration, "acceleration"),
-                              .radius = radius,
-                              .colours = colours,
-                              .strength = strength,
-                              .most_particles = most_particles,
-                              .seed = seed,
-                              .start = start};
+                     const py::object& image, float strength, std::size_t most_particles,
+                     std::uint64_t seed, double start) {
+    EmitterNode emitter{.rate = rate,
+                        .life = life,
+                        .source_radius = source_radius,
+                        .velocity = read_vector(velocity, "velocity"),
+                        .velocity_spread = velocity_spread,
+                        .wind = read_vector(wind, "wind"),
+                        .drag_time = drag_time,
+                        .acceleration = read_vector(acceleration, "acceleration"),
+                        .radius = radius,
+                        .colours = colours,
+                        .strength = strength,
+                        .most_particles = most_particles,
+                        .seed = seed,
+                        .start = start};
+    if (!image.is_none()) {
+        TextureImage pixels = read_image(image, "image");
+        const auto use = scene->change();
+        emitter.image =
+            value_or_raise(without_lock([&] { return use->uploaded->add(std::move(pixels)); }));
+    }
     HeldNode node = add(scene, parent, read_place(position, rotation, scale), emitter);
     node.emitter = std::make_shared<EmitterNode>(emitter);
     return node;
@@ -282,10 +289,10 @@ Other arguments as of add_group().)")
             py::arg("wind") = vector(emitter.wind), py::arg("drag_time") = emitter.drag_time,
             py::arg("acceleration") = vector(emitter.acceleration),
             py::arg("radius") = emitter.radius, py::arg("colours") = emitter.colours,
-            py::arg("strength") = emitter.strength,
+            py::arg("image") = py::none(), py::arg("strength") = emitter.strength,
             py::arg("most_particles") = emitter.most_particles, py::arg("seed") = emitter.seed,
             py::arg("start") = emitter.start,
-            R"(Adds a Node that emits soft discs, as smoke or dust: a function of the time of set_time(). Not below switches and
+            R"(Adds a Node that emits particles, as smoke or dust: a function of the time of set_time(). Not below switches and
 billboards.
 
 rate             particles a second, 0 to 1e5
@@ -298,6 +305,8 @@ drag_time        seconds after which a particle has a quarter of its speed in th
 acceleration     of gravity and buoyancy, shape (3,), world axes, m/s^2, within 1e4
 radius           at birth and at the end of life, metres, 1e-3 to 1e4
 colours          at birth and at the end of life: red, green, blue, opacity, 0 to 1
+image            of the particles, turned at random: uint8 of shape (height, width, 4), row 0 at the top; if all are opaque, the
+                 opacity is that of a soft disc. None: soft discs. Equal images of a scene share their memory
 strength         factor of opacity, 0 to 1: see Node.set_strength()
 most_particles   of which the youngest are drawn, 1 to 65536
 seed             different seeds emit independently

@@ -13,9 +13,8 @@
 namespace terrane::internal {
 namespace {
 
-// Texture units of texture.glsl.
-// beyond the units of light, water and air (`binding` in shaders/)
-constexpr GLuint kColourUnit = 16, kNormalUnit = 17, kRoughnessMetalUnit = 18;
+// Texture units of texture.glsl, after kColourUnit.
+constexpr GLuint kNormalUnit = 17, kRoughnessMetalUnit = 18;
 // Most samples along the long axis of a pixel's footprint.
 constexpr GLfloat kAnisotropy = 8.0f;
 
@@ -67,6 +66,25 @@ std::vector<std::uint8_t> from_bottom(const TextureImage& image) {
     return made;
 }
 
+// The image itself, unless it is opaque everywhere: particles would be squares.
+std::shared_ptr<const TextureImage> with_opacity(std::shared_ptr<const TextureImage> image) {
+    for (std::size_t i = 3; i < image->rgba.size(); i += 4) {
+        if (image->rgba[i] != 255) return image;
+    }
+    TextureImage disc = *image;
+    std::size_t place = 3;
+    for (int row = 0; row < disc.height; ++row) {
+        const double y = (2.0 * row + 1.0) / disc.height - 1.0;
+        for (int column = 0; column < disc.width; ++column) {
+            const double x = (2.0 * column + 1.0) / disc.width - 1.0;
+            const double opacity = std::max(1.0 - x * x - y * y, 0.0);
+            disc.rgba[place] = static_cast<std::uint8_t>(255.0 * opacity + 0.5);
+            place += 4;
+        }
+    }
+    return std::make_shared<const TextureImage>(std::move(disc));
+}
+
 }  // namespace
 
 Result<StoredMaterial> TextureStore::add(const MeshMaterial& material) {
@@ -94,6 +112,18 @@ Result<StoredMaterial> TextureStore::add(const MeshMaterial& material) {
     if (made.features != 0 &&
         (made.roughness_metal || material.roughness < 1.0f || material.metal > 0.0f))
         made.features |= kGloss;
+    TERRANE_TRY(balance());
+    return made;
+}
+
+Result<std::shared_ptr<StoredTexture>> TextureStore::add_particle_image(
+    std::shared_ptr<const TextureImage> image) {
+    if (image == nullptr)
+        return fail(ErrorCode::invalid_argument, "an image of particles must not be null");
+    TERRANE_TRY(check(*image, "image"));
+    const MaterialTexture texture = {with_opacity(std::move(image)), TextureWrap::clamp,
+                                     TextureWrap::clamp};
+    TERRANE_TRY(auto made, find_or_add(texture, TextureUse::blended, {}, "image"));
     TERRANE_TRY(balance());
     return made;
 }
@@ -191,7 +221,7 @@ void TextureStore::set_first(StoredTexture& texture, int first) const {
     const auto side = [&](int whole, int level) { return std::max(whole >> level, 1); };
     GlTexture made = make_texture_2d();
     const GLuint name = made.name();
-    glTextureStorage2D(name, count, texture.use == TextureUse::colour ? GL_SRGB8_ALPHA8 : GL_RGBA8,
+    glTextureStorage2D(name, count, texture.use != TextureUse::data ? GL_SRGB8_ALPHA8 : GL_RGBA8,
                        side(image.width, first), side(image.height, first));
     glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
     glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_LINEAR);

@@ -44,6 +44,9 @@ struct StoredMaterial {
     std::shared_ptr<StoredTexture> colour, normal, roughness_metal;  ///< null: none
 };
 
+/// Texture unit of colours: beyond the units of light, water and air (`binding` in shaders/).
+inline constexpr GLuint kColourUnit = 16;
+
 /// Keeps textures on the device within a limit.
 class TextureStore {
 public:
@@ -58,9 +61,16 @@ public:
     ///        its size; device_unavailable if OpenGL reports an error
     Result<StoredMaterial> add(const MeshMaterial& material);
 
-    /// Begins a frame; then come mark_drawn() for each material that it draws, and balance().
+    /// Uploads an image of particles. If it is opaque everywhere, it gets the opacity of a soft disc.
+    ///
+    /// Fails: as add()
+    Result<std::shared_ptr<StoredTexture>> add_particle_image(
+        std::shared_ptr<const TextureImage> image);
+
+    /// Begins a frame; then come mark_drawn() for each material and image that it draws, and balance().
     void begin_frame() { ++frame_; }
     void mark_drawn(const StoredMaterial& material) const;
+    void mark_drawn(StoredTexture& texture) const { texture.last_drawn = frame_; }
     /// Gives each texture the mipmaps that the limit allows.
     ///
     /// Fails: device_unavailable if OpenGL reports an error

@@ -127,7 +127,7 @@ TextureImage image_of(const Level& level, TextureUse use, float scale) {
     for (const std::array<float, 4>& p : level.pixels) {
         for (std::size_t k = 0; k < 3; ++k) {
             made.rgba.push_back(
-                use == TextureUse::colour
+                use != TextureUse::data
                     ? tables.display[static_cast<std::size_t>(65535.0f * p[k] + 0.5f)]
                     : static_cast<std::uint8_t>(255.0f * p[k] + 0.5f));
         }
@@ -163,7 +163,7 @@ std::vector<TextureImage> make_mipmaps(const TextureImage& image, TextureUse use
     for (std::size_t i = 0; i < level.pixels.size(); ++i) {
         for (std::size_t k = 0; k < 4; ++k) {
             const std::uint8_t value = image.rgba[4 * i + k];
-            level.pixels[i][k] = use == TextureUse::colour && k < 3
+            level.pixels[i][k] = use != TextureUse::data && k < 3
                                      ? tables.linear[value]
                                      : static_cast<float>(value) / 255.0f;
         }
@@ -171,7 +171,7 @@ std::vector<TextureImage> make_mipmaps(const TextureImage& image, TextureUse use
     }
     const double share = static_cast<double>(kept) / static_cast<double>(level.pixels.size());
     for (int i = 1; i < mipmap_count(image.width, image.height); ++i) {
-        level = half_of(level, cutoff.has_value());
+        level = half_of(level, cutoff.has_value() || use == TextureUse::blended);
         if (i < first) continue;
         made.push_back(image_of(level, use, cutoff ? opacity_scale(level, share, *cutoff) : 1.0f));
     }

@@ -13,8 +13,9 @@ namespace terrane::internal {
 
 /// What the numbers of a texture mean.
 enum class TextureUse : std::uint8_t {
-    colour,  ///< display colours (sRGB) and opacity
-    data,    ///< normals, roughness
+    colour,   ///< display colours (sRGB) and opacity
+    blended,  ///< the same, where colours count as much as they are opaque
+    data,     ///< normals, roughness
 };
 
 /// The number of mipmaps of an image, down to one pixel.
@@ -24,9 +25,9 @@ std::size_t mipmap_bytes(int width, int height, int first);
 
 /// The mipmaps of an image, each a mean of the one before over the area of its pixels, from `first` on.
 ///
-/// Colours are averaged as linear light. With a cutoff they are weighted by opacity, and opacity is scaled so that each
-/// mipmap has the same share of pixels with at least the cutoff as the image: otherwise leaves become thin, and vanish,
-/// with the distance.
+/// Colours are averaged as linear light, weighted by opacity if they are blended or have a cutoff. With a cutoff
+/// opacity is scaled so that each mipmap has the same share of pixels with at least the cutoff as the image: otherwise
+/// leaves become thin, and vanish, with the distance.
 ///
 /// Source: I. Castano. Computing Alpha Mipmaps. The Witness blog, 2010 (the share of pixels kept). Deviation: the scale
 ///         is computed from the order of the opacities, not by bisection

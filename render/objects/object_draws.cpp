@@ -44,8 +44,16 @@ MaterialPrograms textured_programs(const std::string& before) {
     return {"textured meshes", ~0u, std::string(instance_vert), before, std::string(textured_frag)};
 }
 
+namespace {
+
+std::string samples_text(int sample_count) {
+    return "#define SAMPLES " + std::to_string(sample_count) + "\n";
+}
+
+}  // namespace
+
 Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::string& lighting) {
-    const std::string samples = "#define SAMPLES " + std::to_string(sample_count) + "\n";
+    const std::string samples = samples_text(sample_count);
     const std::string covered = samples + lighting + std::string(coverage_glsl);
     TERRANE_TRY(GlProgram meshes, make_program("objects' meshes", instance_vert,
                                                covered + std::string(instance_frag)));
@@ -68,6 +76,17 @@ Result<ObjectPrograms> ObjectPrograms::create(int sample_count, const std::strin
     made.textured_layout = make_textured_layout();
     made.no_layout = make_vertex_array();
     return made;
+}
+
+Result<void> ObjectPrograms::make_image_particles(int sample_count, const std::string& lighting) {
+    if (image_particles.name() != 0) return {};
+    const std::string image = "#define IMAGE\n";
+    TERRANE_TRY(
+        GlProgram made,
+        make_program("particles with images", image + std::string(particle_vert),
+                     image + samples_text(sample_count) + lighting + std::string(particle_frag)));
+    image_particles = std::move(made);
+    return {};
 }
 
 namespace {

@@ -60,6 +60,7 @@ MaterialPrograms textured_programs(const std::string& before);
 /// The programs that draw a scene's objects.
 struct ObjectPrograms {
     GlProgram meshes, particles;
+    GlProgram image_particles;        ///< none before make_image_particles()
     ImpostorProgram impostors;        ///< blend views, displaced by their depth
     ImpostorProgram small_impostors;  ///< of few pixels: the nearest view only
     MaterialPrograms textured = textured_programs({});
@@ -70,6 +71,8 @@ struct ObjectPrograms {
     /// @param sample_count of the picture
     /// @param lighting     text prepended to shaders: defines lit_at() and shown_at()
     static Result<ObjectPrograms> create(int sample_count, const std::string& lighting);
+    /// Makes the program for particles with images, if there is none. Fails as create()
+    Result<void> make_image_particles(int sample_count, const std::string& lighting);
 };
 
 /// A command of glMultiDrawElementsIndirect().

@@ -35,12 +35,20 @@ Result<void> check_streamed(const StreamedDraw& streamed, std::size_t vertex_cou
 namespace {
 
 // A number times 0 is 0 if it is finite, else NaN.
-template <class Record>
-bool is_finite(const Record& record) {
-    constexpr std::size_t kFloats = sizeof(Record) / sizeof(float);
+template <std::size_t count>
+bool is_finite(const std::array<float, count>& values) {
     float sum = 0.0f;
-    for (const float value : std::bit_cast<std::array<float, kFloats>>(record)) sum += 0.0f * value;
+    for (const float value : values) sum += 0.0f * value;
     return sum == 0.0f;
+}
+
+bool is_finite(const ObjectInstance& instance) {
+    return is_finite(std::bit_cast<std::array<float, sizeof(instance) / sizeof(float)>>(instance));
+}
+
+bool is_finite(const Particle& p) {
+    const auto& [x, y, z] = p.offset_eye;
+    return is_finite(p.colour) && is_finite(std::array{x, y, z, p.radius, p.turn});
 }
 
 }  // namespace
@@ -160,6 +168,16 @@ Result<ImpostorId> SceneObjects::add_impostor(MeshId mesh, const ImpostorSetting
     return impostors_.add(*stored, settings);
 }
 
+Result<ParticleImageId> SceneObjects::add_particle_image(
+    std::shared_ptr<const TextureImage> image) {
+    TERRANE_TRY(make_programs());
+    TERRANE_TRY(programs_->make_image_particles(sample_count_, lighting_));
+    TERRANE_TRY(auto stored, textures_.add_particle_image(std::move(image)));
+    const ParticleImageId id{++last_image_};
+    particle_images_.emplace(id, std::move(stored));
+    return id;
+}
+
 Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes) {
     for (const MeshDraw& draw : meshes) {
         const StoredMesh* mesh = meshes_.find(draw.mesh);
@@ -209,6 +227,7 @@ Result<void> SceneObjects::collect(const SceneDraws& draws, bool has_casters) {
     }
     drawn_solids_ = solid_.size();
     drawn_impostors_ = impostor_draws_.size();
+    TERRANE_TRY(add_particles(draws.particles));
     if (!has_casters) return {};
     TERRANE_TRY(add_meshes(draws, draws.caster_meshes));
     return add_impostors(draws, draws.caster_impostors);
@@ -234,6 +253,24 @@ Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedD
                           .first_instance = streamed.instance,
                           .instance_count = 1});
         streamed_.push_back(&streamed);
+    }
+    return {};
+}
+
+Result<void> SceneObjects::add_particles(std::span<const Particle> particles) {
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+        const ParticleImageId image = particles[i].image;
+        if (i == 0 || image != particles[i - 1].image) {
+            ParticleRun run = {.first = i};
+            if (image != ParticleImageId::soft_disc) {
+                const auto found = particle_images_.find(image);
+                if (found == particle_images_.end())
+                    return no_such("image of particles", static_cast<std::uint32_t>(image));
+                run.image = found->second.get();
+            }
+            particle_runs_.push_back(run);
+        }
+        ++particle_runs_.back().count;
     }
     return {};
 }
@@ -344,6 +381,7 @@ Result<void> SceneObjects::prepare(const SceneDraws& draws, const View& view,
     streamed_.clear();
     parts_.clear();
     particle_count_ = 0;
+    particle_runs_.clear();
     object_count_ = triangle_count_ = 0;
     const auto give_up = [&](const Result<void>& failed) {
         solid_.clear();
@@ -384,7 +422,13 @@ Result<void> SceneObjects::prepare_textures() {
         textures_.mark_drawn(*solid_[i].material);
         (i < drawn_solids_ ? has_textures_ : has_casters) = true;
     }
-    if (!has_textures_ && !has_casters) return {};
+    bool has_images = false;
+    for (const ParticleRun& run : particle_runs_) {
+        if (run.image == nullptr) continue;
+        textures_.mark_drawn(*run.image);
+        has_images = true;
+    }
+    if (!has_textures_ && !has_casters && !has_images) return {};
     return textures_.balance();
 }
 
@@ -467,12 +511,17 @@ void SceneObjects::draw_particles(const Framebuffer& picture) const {
     glDisable(GL_DEPTH_TEST);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    glUseProgram(programs_->particles.name());
     glBindVertexArray(programs_->no_layout.name());
     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
                       static_cast<GLintptr>(particle_byte_),
                       static_cast<GLsizeiptr>(sizeof(Particle) * particle_count_));
-    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * particle_count_));
+    for (const ParticleRun& run : particle_runs_) {
+        const bool has_image = run.image != nullptr;
+        glUseProgram(has_image ? programs_->image_particles.name() : programs_->particles.name());
+        if (has_image) glBindTextureUnit(kColourUnit, run.image->texture.name());
+        glDrawArrays(GL_TRIANGLES, static_cast<GLint>(6 * run.first),
+                     static_cast<GLsizei>(6 * run.count));
+    }
     glDisable(GL_BLEND);
     glEnable(GL_DEPTH_TEST);
 }

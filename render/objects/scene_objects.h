@@ -9,6 +9,8 @@
 #include <terrane/scene/scene_draws.h>
 #include <terrane/terrain/view.h>
 
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -36,14 +38,16 @@ public:
     Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings);
     void remove_mesh(MeshId mesh) { meshes_.remove(mesh); }
     void remove_impostor(ImpostorId impostor) { impostors_.remove(impostor); }
+    Result<ParticleImageId> add_particle_image(std::shared_ptr<const TextureImage> image);
+    void remove_particle_image(ParticleImageId image) { particle_images_.erase(image); }
 
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
     /// @param cascades maps for draw_casters(); empty: no shadows, and casters out of view are ignored
     ///
     /// Fails: invalid_argument, naming the item, for a number that is not finite, a scale or radius that is not above
-    ///        0, a coverage outside -1 to 2, a mesh, level, impostor or range of instances that does not exist, and
-    ///        streamed positions or triangles that do not fit the mesh; device_unavailable if OpenGL fails
+    ///        0, a coverage outside -1 to 2, a mesh, level, impostor, image or range of instances that does not exist,
+    ///        and streamed positions or triangles that do not fit the mesh; device_unavailable if OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view,
                          std::span<const SunCascade> cascades = {});
     bool is_empty() const {
@@ -69,6 +73,12 @@ public:
     std::size_t reduced_texture_count() const { return textures_.reduced_count(); }
 
 private:
+    /// Successive particles with one image.
+    struct ParticleRun {
+        StoredTexture* image = nullptr;  // null: soft discs
+        std::size_t first = 0, count = 0;
+    };
+
     Result<void> make_programs();
     Result<void> prepare_casters(const SceneDraws& draws, const View& view,
                                  std::span<const SunCascade> cascades);
@@ -76,6 +86,7 @@ private:
     Result<void> add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes);
     Result<void> add_impostors(const SceneDraws& draws, std::span<const ImpostorDraw> impostors);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
+    Result<void> add_particles(std::span<const Particle> particles);
     static void copy_triangles(const OpaqueDraw& draw, const StreamedDraw& streamed,
                                std::byte* memory);
     Result<void> upload(const SceneDraws& draws);
@@ -97,6 +108,8 @@ private:
     TextureStore textures_;
     MeshStore meshes_;
     ImpostorStore impostors_;
+    std::map<ParticleImageId, std::shared_ptr<StoredTexture>> particle_images_;
+    std::uint32_t last_image_ = 0;
     StreamBuffer stream_;
     OpaqueParts parts_;
     GLint subpixel_bits_ = 0;  // 0: not queried yet
@@ -110,6 +123,7 @@ private:
     bool has_textures_ = false;                  // whether a drawn solid has
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
     std::size_t particle_byte_ = 0, particle_count_ = 0;
+    std::vector<ParticleRun> particle_runs_;
     std::size_t command_byte_ = 0;
     std::size_t object_count_ = 0, triangle_count_ = 0;
 };

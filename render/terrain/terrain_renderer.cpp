@@ -407,6 +407,15 @@ void TerrainRenderer::remove_impostor(ImpostorId impostor) {
     state_->scene.remove_impostor(impostor);
 }
 
+Result<ParticleImageId> TerrainRenderer::add_particle_image(
+    std::shared_ptr<const TextureImage> image) {
+    return state_->scene.add_particle_image(std::move(image));
+}
+
+void TerrainRenderer::remove_particle_image(ParticleImageId image) {
+    state_->scene.remove_particle_image(image);
+}
+
 std::optional<SunShadows> TerrainRenderer::shadows() const {
     const RendererSettings& settings = state_->settings;
     if (!(settings.shadow_distance > 0.0)) return {};

@@ -105,6 +105,20 @@ class Scenes(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "time_s must be finite, got nan"):
             self.scene.set_time(math.nan)
 
+    def test_smoke_may_have_an_image_that_emitters_share(self):
+        self.scene.set_time(20.0)
+        self.add_cottage(seed=3)
+        discs = self.draw()
+        green = np.full((64, 64, 4), (0, 255, 0, 128), np.uint8)
+        self.scene.add_emitter(self.foot + (-3, -2, 10), rate=40, velocity=(0, 0, 2), radius=(0.4, 1.5), drag_time=1e3,
+                               colours=((1, 1, 1, 1), (1, 1, 1, 0.8)), image=green)
+        self.scene.add_emitter(self.foot - (0, 0, 50), image=green.copy())
+        changed = differ(discs, self.draw())
+        self.assertGreater(changed.sum(), 50)
+        self.assertTrue((self.draw()[changed].argmax(axis=1) == 1).mean() > 0.8)
+        with self.assertRaisesRegex(ValueError, r"image must have the shape \(height, width, 4\), sides 1 to 16384, got \(2, 2\)"):
+            self.scene.add_emitter(image=np.zeros((2, 2), np.uint8))
+
     def test_the_strength_of_an_emitter_is_that_of_its_next_particles(self):
         house, _, chimney, emitter = self.add_cottage()
         self.scene.set_time(0.0)

@@ -71,6 +71,9 @@ TEST_F(ObjectLimitsTest, NumbersThatAreNotFiniteOrOutOfRangeAreRefusedByTheirPla
     particle.colour[3] = kNan;
     EXPECT_EQ(message(renderer, view, {.particles = {&particle, 1}}),
               "particle 0 must have finite numbers and a radius > 0, got 1");
+    particle = {.turn = kInfinity};
+    EXPECT_EQ(message(renderer, view, {.particles = {&particle, 1}}),
+              "particle 0 must have finite numbers and a radius > 0, got 1");
     std::vector<Eigen::Vector3f> positions(make_tree(5).positions.size(), Eigen::Vector3f::Zero());
     positions[6].y() = kNan;
     const TriangleMesh::Triangle triangle = {0, 1, 2};

@@ -5,14 +5,21 @@
 
 #include <terrane/render/terrain_renderer.h>
 #include <terrane/scene/scene.h>
+#include <terrane/terrain/primitive_meshes.h>
 #include <terrane/terrain/progressive_mesh.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace terrane {
 namespace scene_objects_test {
@@ -230,6 +237,155 @@ TEST_F(SceneObjectsTest, RefusesWhatItDoesNotHaveByItsName) {
 }
 
 }  // namespace scene_objects_test
+
+// Particles with images, against coloured quarters, soft discs and walls.
+
+namespace particle_images_test {
+
+using test::count_different;
+using test::draw;
+
+constexpr int kWidth = 320, kHeight = 240;
+constexpr int kCentreX = kWidth / 2, kCentreY = kHeight / 2;
+constexpr int kQuarter =
+    33;  // pixels from the centre to the middle of a quarter of a particle of 2 m at 10 m
+
+using Rgb = std::array<std::uint8_t, 3>;
+constexpr Rgb kRed{255, 0, 0}, kGreen{0, 255, 0}, kBlue{0, 0, 255}, kWhite{255, 255, 255};
+
+class ParticleImages : public test::PictureTest<kWidth, kHeight> {
+protected:
+    static View view() { return view_from({-10.0, 0.0, 0.0}, WorldPos::Zero(), 0.7); }
+    static Particle particle_at(double x, ParticleImageId image) {
+        return {.offset_eye = {static_cast<float>(x + 10.0), 0.0f, 0.0f},
+                .radius = 2.0f,
+                .image = image};
+    }
+};
+
+// Quarters from the upper left one on, row by row. One pixel is nearly opaque: the image has an opacity of its own.
+std::shared_ptr<const TextureImage> quarters(const std::array<Rgb, 4>& colours) {
+    constexpr int kSide = 32;
+    TextureImage image = {kSide, kSide, {}};
+    for (int row = 0; row < kSide; ++row) {
+        for (int column = 0; column < kSide; ++column) {
+            const std::size_t quarter =
+                (row < kSide / 2 ? 0u : 2u) + (column < kSide / 2 ? 0u : 1u);
+            image.rgba.insert(image.rgba.end(), colours[quarter].begin(), colours[quarter].end());
+            image.rgba.push_back(row + column == 0 ? 254 : 255);
+        }
+    }
+    return std::make_shared<const TextureImage>(std::move(image));
+}
+
+std::shared_ptr<const TextureImage> plain(const Rgb& colour) {
+    return quarters({colour, colour, colour, colour});
+}
+
+// The channel that is above the two others by 40 levels or more: 'r', 'g', 'b'; '-': none.
+char strongest(const Image& image, int x, int y) {
+    const std::uint8_t* const rgb = test::pixel(image, x, y);
+    for (int k = 0; k < 3; ++k) {
+        if (rgb[k] >= 40 + std::max(rgb[(k + 1) % 3], rgb[(k + 2) % 3])) return "rgb"[k];
+    }
+    return '-';
+}
+
+TEST_F(ParticleImages, AreShownToTheirCornersAndTurnCounterClockwise) {
+    TerrainRenderer renderer = make();
+    Particle particle = particle_at(
+        0.0, renderer.add_particle_image(quarters({kRed, kGreen, kBlue, kWhite})).value());
+    const auto corners_at = [&](float turn, int from_centre) {
+        particle.turn = turn;
+        const Image image = draw(renderer, view(), {.particles = {&particle, 1}});
+        std::string found;
+        for (const int down : {-1, 1}) {
+            for (const int right : {-1, 1})
+                found +=
+                    strongest(image, kCentreX + right * from_centre, kCentreY + down * from_centre);
+        }
+        return found;
+    };
+    EXPECT_EQ(corners_at(0.0f, kQuarter), "rgb-");
+    EXPECT_EQ(corners_at(1.5707964f, kQuarter), "g-rb");
+    EXPECT_EQ(corners_at(3.1415927f, kQuarter), "-bgr");
+    EXPECT_EQ(corners_at(0.0f, 60), "rgb-") << "outside the disc";
+}
+
+TEST_F(ParticleImages, AnImageWithoutOpacityHasThatOfADisc) {
+    TerrainRenderer renderer = make();
+    TextureImage white = {128, 128, std::vector<std::uint8_t>(4 * 128 * 128, 255)};
+    const ParticleImageId image =
+        renderer.add_particle_image(std::make_shared<const TextureImage>(std::move(white))).value();
+    Particle disc = particle_at(0.0, ParticleImageId::soft_disc), shown = particle_at(0.0, image);
+    disc.colour = shown.colour = {0.5f, 0.3f, 0.2f, 0.9f};
+    const Image sky = draw(renderer, view(), {});
+    const Image expected = draw(renderer, view(), {.particles = {&disc, 1}});
+    EXPECT_GT(count_different(sky, expected, 8), 8000);
+    for (const float turn : {0.0f, 1.0f}) {
+        shown.turn = turn;
+        const Image picture = draw(renderer, view(), {.particles = {&shown, 1}});
+        EXPECT_LE(test::largest_difference(expected, picture), 3) << turn;
+    }
+}
+
+TEST_F(ParticleImages, CoverWhatIsBeforeThemInTheListAndFadeAtWalls) {
+    TerrainRenderer renderer = make();
+    const ParticleImageId red = renderer.add_particle_image(plain(kRed)).value();
+    const ParticleImageId green = renderer.add_particle_image(plain(kGreen)).value();
+    Particle disc = particle_at(0.0, ParticleImageId::soft_disc);
+    disc.colour = {0.0f, 0.0f, 1.0f, 1.0f};
+    const auto last_of = [&](std::vector<Particle> particles) {
+        const Image image = draw(renderer, view(), {.particles = particles});
+        return strongest(image, kCentreX, kCentreY);
+    };
+    EXPECT_EQ(last_of({particle_at(2.0, red), particle_at(0.0, green)}), 'g');
+    EXPECT_EQ(last_of({particle_at(2.0, green), particle_at(0.0, red)}), 'r');
+    EXPECT_EQ(last_of({disc, particle_at(-1.0, red)}), 'r');
+    EXPECT_EQ(last_of({particle_at(2.0, red), disc}), 'b');
+    EXPECT_EQ(last_of({particle_at(2.0, red), disc, particle_at(-1.0, green)}), 'g');
+    // a wall whose face towards the eye is at x = 0
+    const MeshId wall = renderer.add_mesh(make_box_mesh({0.5, 20.0, 20.0}).value()).value();
+    const ObjectInstance instance = test::instance_at(view(), {0.5, 0.0, 0.0});
+    const MeshDraw wall_draw = {wall, 0, 0, 1};
+    const auto redness = [&](double x) {
+        const Particle particle = particle_at(x, red);
+        const Image image = draw(
+            renderer, view(),
+            {.instances = {&instance, 1}, .meshes = {&wall_draw, 1}, .particles = {&particle, 1}});
+        const std::uint8_t* const rgb = test::pixel(image, kCentreX, kCentreY);
+        return rgb[0] - rgb[1];
+    };
+    const int none = redness(4.0), half = redness(0.0), full = redness(-4.0);
+    EXPECT_GT(full, none + 80);
+    EXPECT_NEAR(half, (none + full) / 2, full / 6);
+}
+
+TEST_F(ParticleImages, ShareTheLimitOfTexturesAndGoWhenRemoved) {
+    constexpr std::size_t kLimit = 6'000;  // an image of 32 x 32 with mipmaps takes 5,460 bytes
+    TerrainRenderer renderer = make({.texture_bytes = kLimit});
+    TextureImage large = {64, 64, std::vector<std::uint8_t>(4 * 64 * 64, 200)};
+    const ParticleImageId image =
+        renderer.add_particle_image(std::make_shared<const TextureImage>(std::move(large))).value();
+    const Particle particle = particle_at(0.0, image);
+    draw(renderer, view(), {.particles = {&particle, 1}});
+    EXPECT_EQ(renderer.counts().textures_reduced, 1u);
+    EXPECT_LE(renderer.buffer_bytes(), kLimit);
+    renderer.remove_particle_image(image);
+    EXPECT_EQ(renderer.buffer_bytes(), 0u);
+    EXPECT_EQ(renderer.draw({}, view(), {.particles = {&particle, 1}}).error().message,
+              "the renderer has no image of particles 1");
+    EXPECT_EQ(renderer.add_particle_image(nullptr).error().message,
+              "an image of particles must not be null");
+    EXPECT_EQ(
+        renderer.add_particle_image(std::make_shared<const TextureImage>(TextureImage{2, 1, {}}))
+            .error()
+            .message,
+        "image must have sides of 1 to 16384 pixels and 4 bytes a pixel, got 2 x 1 pixels and 0 "
+        "bytes");
+}
+
+}  // namespace particle_images_test
 
 // A ray through a pixel meets the object that the pixel shows.
 

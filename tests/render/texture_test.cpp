@@ -102,6 +102,23 @@ TEST(Mipmaps, FromALaterOneOnAreTheLastOfAll) {
     EXPECT_EQ(mipmap_bytes(24, 40, 4), 4u * (1 * 2 + 1 * 1));
 }
 
+TEST(Mipmaps, OfBlendedColoursAreWeightedByOpacity) {
+    const TextureImage image = random_image(16, 16, 4);
+    const TextureImage mipmap = make_mipmaps(image, TextureUse::blended, {}, 0)[1];
+    for (int y = 0; y < 8; ++y) {
+        for (int x = 0; x < 8; ++x) {
+            double light = 0.0, opacity = 0.0;
+            for (int i = 0; i < 4; ++i) {
+                const int column = 2 * x + i % 2, row = 2 * y + i / 2;
+                light += at(image, column, row, 3) * linear_of(at(image, column, row, 1));
+                opacity += at(image, column, row, 3);
+            }
+            EXPECT_NEAR(at(mipmap, x, y, 1), level_of(light / opacity), 0.6);
+            EXPECT_NEAR(at(mipmap, x, y, 3), opacity / 4.0, 0.6);
+        }
+    }
+}
+
 // Blades of grass: opaque strips of two pixels in twelve, which plain means would lose.
 TextureImage grass(int side) {
     TextureImage image = {side, side, {}};

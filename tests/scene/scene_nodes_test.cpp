@@ -498,6 +498,65 @@ TEST(Emitter, ASeekShowsTheSameSmoke) {
     EXPECT_EQ(sought.counts().triangles, 2 * sought.counts().particles);
 }
 
+TEST(Emitter, ImagesAreTurnedBySeedAndNumberAlone) {
+    const View view = view_of_smoke();
+    Scene played = make_scene(), sought = make_scene(), discs = make_scene(), other = make_scene();
+    EmitterNode smoke{.rate = 40.0, .seed = 3};
+    add(discs, discs.root(), at({0, 0, 0}), smoke);
+    smoke.image = ParticleImageId{7};
+    add(played, played.root(), at({0, 0, 0}), smoke);
+    add(sought, sought.root(), at({0, 0, 0}), smoke);
+    smoke.seed = 4;
+    add(other, other.root(), at({0, 0, 0}), smoke);
+    const auto turns_at = [&](Scene& scene, double time_s) {
+        std::vector<float> turns;
+        for (const Particle& p : collect_at(scene, time_s, view).particles) {
+            EXPECT_EQ(p.image, ParticleImageId{7});
+            turns.push_back(p.turn);
+        }
+        return turns;
+    };
+    std::vector<float> turns;
+    for (int frame = 0; frame <= 40; ++frame) turns = turns_at(played, 0.05 * frame);
+    EXPECT_EQ(turns_at(sought, 2.0), turns);
+    EXPECT_NE(turns_at(other, 2.0), turns);
+    EXPECT_EQ(particles_at(played, 2.0, view), particles_at(discs, 2.0, view))
+        << "an image moves nothing";
+    // evenly around: about as many in each quarter
+    std::array<int, 4> quarters{};
+    for (const float turn : turns) {
+        ASSERT_TRUE(turn >= 0.0f && turn < 6.2832f);
+        ++quarters[static_cast<std::size_t>(turn / 1.5708f)];
+    }
+    ASSERT_GT(turns.size(), 100u);
+    for (const int count : quarters)
+        EXPECT_NEAR(count, static_cast<double>(turns.size()) / 4.0, 14.0);
+}
+
+TEST(Emitter, TheCornersOfImagesReachOutOfTheDisc) {
+    const View view = view_of_smoke();
+    Scene scene = make_scene();
+    EmitterNode puff{.life = {2.0, 2.0},
+                     .source_radius = 0.0,
+                     .velocity = {0, 0, 0},
+                     .velocity_spread = 0.0,
+                     .radius = {10.0, 10.0}};
+    const NodeId node = add(scene, scene.root(), at({0, 0, 0}), puff);
+    // largest distance from the middle of the picture at which particles are drawn
+    const auto last_seen = [&](ParticleImageId image) {
+        puff.image = image;
+        EXPECT_TRUE(scene.set_content(node, puff));
+        for (double x = 200.0; x > 0.0; x -= 0.25) {
+            EXPECT_TRUE(scene.set_place(node, at({x, -20.0, 5.0})));
+            if (!particles_at(scene, 5.0, view).empty()) return x;
+        }
+        return 0.0;
+    };
+    const double disc = last_seen(ParticleImageId::soft_disc);
+    EXPECT_GT(disc, 10.0);
+    EXPECT_GE(last_seen(ParticleImageId{1}), disc + 10.0 * (std::sqrt(2.0) - 1.0) - 0.25);
+}
+
 // Particles move, grow and fade without jumps, for as long as they live.
 TEST(Emitter, ParticlesChangeLittleFromFrameToFrame) {
     const View view = view_of_smoke();

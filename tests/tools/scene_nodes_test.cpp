@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <string>
 #include <tuple>
 #include <variant>
@@ -126,6 +127,56 @@ TEST(ReadNodes, ASpriteIsAPictureBelowABillboard) {
                   .find("nodes[0].sprite.image '../x.png': "),
               0u);
     std::filesystem::remove(path);
+}
+
+constexpr const char* kSmokes = R"([
+  {"position":[0,0,60], "emitter":{"image":"smoke.png"}},
+  {"position":[3,0,60], "emitter":{"seed":1}},
+  {"position":[6,0,60], "emitter":{"image":"smoke.png","seed":2}},
+  {"position":[0,9,60], "sprite":{"image":"smoke.png","size_m":[1,1]}}])";
+
+TEST(ReadNodes, EmittersAndSpritesShareTheImagesThatTheyName) {
+    const Parsed<SceneNodes> nodes = read(kSmokes);
+    ASSERT_TRUE(nodes) << nodes.error();
+    ASSERT_EQ(nodes->images.size(), 1u);
+    EXPECT_EQ(nodes->images[0]->width, 64);
+    EXPECT_EQ(nodes->nodes[0].image, 0u);
+    EXPECT_FALSE(nodes->nodes[1].image);
+    EXPECT_EQ(nodes->nodes[2].image, 0u);
+    EXPECT_EQ(nodes->materials[0][0].colour_texture.image, nodes->images[0]);
+    const auto error_with = [](const std::string& image) {
+        return error_of(R"([{"position":[0,0,0],"emitter":{"image":)" + image + "}}]");
+    };
+    EXPECT_EQ(error_with("3"), "nodes[0].emitter.image must be a file");
+    EXPECT_EQ(error_with(R"("none.png")").find("nodes[0].emitter.image 'none.png': "), 0u);
+    EXPECT_EQ(
+        error_with(R"("../data/smoke.png")"),
+        "nodes[0].emitter.image '../data/smoke.png': it must be in the file's folder or below "
+        "it");
+    EXPECT_EQ(error_with(R"("house.obj")"),
+              "nodes[0].emitter.image 'house.obj': it is no PNG or JPEG image");
+}
+
+TEST(ReadNodes, AreShownWithTheImagesOfTheirEmitters) {
+    Result<EglContext> context = EglContext::create();
+    if (!context) GTEST_SKIP() << context.error().message;
+    TerrainRenderer renderer = TerrainRenderer::create(*context, 64, 64, {}).value();
+    const auto source = FractalHeights::create({.seed = 5}).value();
+    const View view = look_at({3.0, -20.0, 61.0}, {3.0, 0.0, 61.0}, 1.0, 64, 64).value();
+    ObjectField field =
+        ObjectField::create(source, {}, {.max_error_px = 0.1, .picture = view, .has_thread = false},
+                            &renderer)
+            .value();
+    ASSERT_TRUE(field.add_nodes(read(kSmokes).value(), *source, &renderer));
+    field.set_time(5.0);
+    field.begin_frame(view);
+    const SceneDraws draws = field.end_frame(0.1);
+    std::map<ParticleImageId, std::size_t> counts;
+    for (const Particle& particle : draws.particles) ++counts[particle.image];
+    ASSERT_EQ(counts.size(), 2u) << "an image, and none";
+    EXPECT_NEAR(static_cast<double>(counts[ParticleImageId::soft_disc]),
+                static_cast<double>(draws.particles.size()) / 3.0, 5.0);
+    EXPECT_TRUE(renderer.draw({}, view, draws));
 }
 
 TEST(ReadNodes, TakeTheLevelsOfAnArtist) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Makes the meshes and the scene of a village: make_village.py FOLDER writes village.json, its .obj files and the picture of
-its sprites there; with --check it only compares them with the files of the folder.
+"""Makes the meshes and the scene of a village: make_village.py FOLDER writes village.json, its .obj files and the pictures of
+its sprites and its smoke there; with --check it only compares them with the files of the folder.
 
 All meshes stand on z = 0, z up, in metres, and have a colour for each vertex. The same bytes on every run.
 """
@@ -49,19 +49,24 @@ class Mesh:
             for k in range(1, len(corners) - 1):
                 fill(depths, colours, wide, high, [((p[0] / width_m + 0.5) * wide, (1 - p[2] / height_m) * high, p[1], p[3:6])
                                                    for p in (corners[0], corners[k], corners[k + 1])])
-        rows = b""
+        pixels = []
         for row in range(height_px):
-            rows += b"\0"
             for column in range(width_px):
                 samples = [colours[(2 * row + i) * wide + 2 * column + k] for i in (0, 1) for k in (0, 1)]
                 drawn = [sample for sample in samples if sample]
                 mean = [sum(sample[i] for sample in drawn) / len(drawn) if drawn else 0.2 for i in range(3)]
-                rows += bytes(round(255 * value) for value in (*mean, len(drawn) / 4))
-        header = struct.pack(">IIBBBBB", width_px, height_px, 8, 6, 0, 0, 0)
-        # stored, not compressed: the same bytes with every zlib
-        chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows, 0)), (b"IEND", b""))
-        return b"\x89PNG\r\n\x1a\n" + b"".join(
-            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks)
+                pixels.append((*mean, len(drawn) / 4))
+        return png(width_px, height_px, pixels)
+
+
+def png(width, height, pixels):
+    """A PNG file of red, green, blue and opacity from 0 to 1, row by row from the top."""
+    rows = b"".join(b"\0" + bytes(round(255 * value) for pixel in pixels[width * row:width * (row + 1)] for value in pixel)
+                    for row in range(height))
+    # stored, not compressed: the same bytes with every zlib
+    chunks = ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0)), (b"IDAT", zlib.compress(rows, 0)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks)
 
 
 def fill(depths, colours, wide, high, corners):
@@ -183,6 +188,38 @@ def fence(length):
     return mesh
 
 
+def puff(side, seed):
+    """A PNG file of a puff of smoke: billows of grey whose edge is frayed by noise."""
+    noise, octaves = random.Random(seed), []
+    for cells in (4, 8, 16):
+        octaves.append((cells, [[noise.random() for _ in range(cells + 1)] for _ in range(cells + 1)]))
+
+    def billows(u, v):
+        total = weights = 0
+        for i, (cells, values) in enumerate(octaves):
+            x, y, weight = u * cells, v * cells, 0.5 ** i
+            column, row = min(int(x), cells - 1), min(int(y), cells - 1)
+            s, t = x - column, y - row
+            s, t = s * s * (3 - 2 * s), t * t * (3 - 2 * t)
+            upper = values[row][column] * (1 - s) + values[row][column + 1] * s
+            lower = values[row + 1][column] * (1 - s) + values[row + 1][column + 1] * s
+            total, weights = total + weight * (upper * (1 - t) + lower * t), weights + weight
+        return total / weights
+
+    pixels = []
+    for row in range(side):
+        for column in range(side):
+            u, v = (column + 0.5) / side, (row + 0.5) / side
+            x, y, value = 2 * u - 1, 2 * v - 1, billows(u, v)
+            squared = x * x + y * y
+            # dense where the noise is high, thin towards an uneven edge
+            dense = max(0, min(1, 1.75 - 1.5 * squared - 1.6 * (1 - value)))
+            opacity = dense * dense * (3 - 2 * dense) * max(0, min(1, 3 * (1 - squared)))
+            grey = 0.6 + 0.4 * value
+            pixels.append((grey, grey, grey, opacity))
+    return png(side, side, pixels)
+
+
 def quaternion(degrees):
     half = math.radians(degrees) / 2
     return [round(math.cos(half), 9), 0, 0, round(math.sin(half), 9)]
@@ -192,7 +229,7 @@ def smoke(place, seed):
     return {"position": place, "emitter": {
         "per_s": 9, "life_s": [5, 9], "source_m": 0.15, "velocity": [0, 0, 1.6], "spread_m_s": 0.35, "wind": [1.6, 0.5, 0],
         "drag_s": 2, "acceleration": [0, 0, 0.5], "radius_m": [0.25, 1.9],
-        "colour": [[0.62, 0.62, 0.63, 0.45], [0.82, 0.82, 0.83, 0]], "most": 120, "seed": seed}}
+        "colour": [[0.42, 0.47, 0.55, 0.75], [0.58, 0.65, 0.74, 0]], "image": "smoke.png", "most": 120, "seed": seed}}
 
 
 def village(x, y):
@@ -240,6 +277,7 @@ def main():
     nodes = ",\n".join("        " + json.dumps(node) for node in village(2800, 200))
     files = {f"{name}.obj": mesh.text(title).encode() for name, (mesh, title) in meshes.items()}
     files["linden.png"] = meshes["linden"][0].picture(6.4, 8, 64, 80)
+    files["smoke.png"] = puff(64, 5)
     files["village.json"] = ("{\n    " + json.dumps(scene)[1:-1] + ",\n    \"nodes\": [\n" + nodes + "\n    ]\n}\n").encode()
     for name, content in files.items():
         if not checks:

@@ -86,6 +86,17 @@ double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+/// Uploads images of particles. Empty without a renderer.
+Result<std::vector<ParticleImageId>> upload_images(
+    std::span<const std::shared_ptr<const TextureImage>> images, TerrainRenderer* renderer) {
+    std::vector<ParticleImageId> made;
+    if (renderer == nullptr) return made;
+    for (const auto& image : images) {
+        TERRANE_TRY(made.emplace_back(), renderer->add_particle_image(image));
+    }
+    return made;
+}
+
 /// The error of `result`, with a subject before its message.
 template <class T>
 tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
@@ -168,6 +179,7 @@ Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource&
     std::vector<ModelId> models;
     TERRANE_TRY(
         add_models(nodes.meshes, nodes.coarser, nodes.materials, nodes.files, renderer, models));
+    TERRANE_TRY(const std::vector<ParticleImageId> images, upload_images(nodes.images, renderer));
     std::vector<NodeId> ids;
     for (const SceneNode& node : nodes.nodes) {
         NodePlace place = node.place;
@@ -187,6 +199,10 @@ Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource&
         const auto content = [&](const auto& each) -> NodeContent {
             if constexpr (std::is_same_v<std::decay_t<decltype(each)>, MeshOfNode>) {
                 return ModelNode{.model = models[each.mesh]};
+            } else if constexpr (std::is_same_v<std::decay_t<decltype(each)>, EmitterNode>) {
+                EmitterNode emitter = each;
+                if (node.image && !images.empty()) emitter.image = images[*node.image];
+                return emitter;
             } else {
                 return each;
             }

@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
+#include <memory>
 #include <utility>
 
 namespace terrane::tools {
@@ -98,9 +100,10 @@ Parsed<SwitchNode> read_switch(const Json& value, const std::string& path) {
 }
 
 Parsed<EmitterNode> read_emitter(const Json& value, const std::string& path) {
-    const auto good = check_keys(value, path,
-                                 {"per_s", "life_s", "source_m", "velocity", "spread_m_s", "wind",
-                                  "drag_s", "acceleration", "radius_m", "colour", "most", "seed"});
+    const auto good =
+        check_keys(value, path,
+                   {"per_s", "life_s", "source_m", "velocity", "spread_m_s", "wind", "drag_s",
+                    "acceleration", "radius_m", "colour", "image", "most", "seed"});
     if (!good) return wrong(good.error());
     EmitterNode emitter;
     const auto read_into = [&](const char* key, double& to) -> Parsed<void> {
@@ -312,6 +315,9 @@ private:
             TERRANE_TRY(node.content, read_switch(value[kind], path + ".switch"));
         } else if (kind == "emitter") {
             TERRANE_TRY(node.content, read_emitter(value[kind], path + ".emitter"));
+            if (value[kind].contains("image")) {
+                TERRANE_TRY(node.image, read_particle_image(value[kind], path + ".emitter"));
+            }
         } else if (kind == "billboard") {
             TERRANE_TRY(node.content, read_axis(value[kind], path + ".billboard"));
         }
@@ -328,9 +334,7 @@ private:
     Parsed<void> add_sprite(const Json& value, const std::string& path, std::size_t billboard) {
         const auto known = check_keys(value, path, {"image", "size_m", "axis"});
         if (!known) return wrong(known.error());
-        const auto image = value.find("image");
-        if (image == value.end() || !image->is_string())
-            return wrong(path + ".image must be a file");
+        TERRANE_TRY(const auto picture, read_picture(value, path));
         const auto size = read_array<2>(value, "size_m");
         if (!size) return wrong(path + "." + size.error());
         for (const double side : *size) {
@@ -338,14 +342,10 @@ private:
                 return wrong(path + ".size_m must be above 0 and at most 1e4 m, got " +
                              shown(value["size_m"]));
         }
-        const std::string file = image->get<std::string>();
-        const auto picture = read_image(folder_, file);
-        if (!picture)
-            return wrong(fmt::format("{}.image '{}': {}", path, file, picture.error().message));
         MeshMaterial material;
         material.is_two_sided = true;
         material.colour = {255, 255, 255};
-        material.colour_texture = {*picture, TextureWrap::clamp, TextureWrap::clamp};
+        material.colour_texture = {picture, TextureWrap::clamp, TextureWrap::clamp};
         material.alpha_cutoff = kSpriteCut;
         const auto& turning = std::get<BillboardNode>(made.nodes[billboard].content);
         SceneNode node;
@@ -359,6 +359,31 @@ private:
         made.files.push_back(path);
         names_.emplace_back();
         return {};
+    }
+
+    /// The image that a sprite or an emitter names; reads its file if no earlier one names it.
+    Parsed<std::shared_ptr<const TextureImage>> read_picture(const Json& value,
+                                                             const std::string& path) {
+        const auto image = value.find("image");
+        if (image == value.end() || !image->is_string())
+            return wrong(path + ".image must be a file");
+        const auto file = image->get<std::string>();
+        const auto known = pictures_.find(file);
+        if (known != pictures_.end()) return known->second;
+        const auto picture = read_image(folder_, file);
+        if (!picture)
+            return wrong(fmt::format("{}.image '{}': {}", path, file, picture.error().message));
+        pictures_.emplace(file, *picture);
+        return *picture;
+    }
+
+    /// Index of the image of an emitter.
+    Parsed<std::size_t> read_particle_image(const Json& value, const std::string& path) {
+        TERRANE_TRY(const auto picture, read_picture(value, path));
+        const auto found = std::ranges::find(made.images, picture);
+        const auto index = static_cast<std::size_t>(found - made.images.begin());
+        if (found == made.images.end()) made.images.push_back(picture);
+        return index;
     }
 
     /// Index of the mesh that a node names; reads its file if no earlier node names it with this crease angle.
@@ -379,6 +404,7 @@ private:
 
     std::string folder_;
     std::vector<std::optional<MeshName>> names_;  // [made.meshes] none: a primitive
+    std::map<std::string, std::shared_ptr<const TextureImage>> pictures_;  // by the names of files
 };
 
 }  // namespace

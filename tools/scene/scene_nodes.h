@@ -8,6 +8,7 @@
 #include <terrane/terrain/triangle_mesh.h>
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -27,6 +28,8 @@ struct SceneNode {
     NodePlace place;
     bool is_on_ground = false;  ///< whether z is a height above the ground; only without a parent
     std::variant<GroupNode, MeshOfNode, SwitchNode, BillboardNode, EmitterNode> content = {};
+    /// Of an emitter: index of SceneNodes::images; none: soft discs.
+    std::optional<std::size_t> image = {};
 };
 
 /// `nodes` of a scene.
@@ -36,13 +39,14 @@ struct SceneNodes {
     std::vector<std::vector<MeshMaterial>> materials;
     std::vector<std::vector<TriangleMesh>> coarser;  ///< [meshes] see SceneObjects::coarser
     std::vector<std::string> files;  ///< [meshes] paths; of a primitive the path of its node
-    std::vector<SceneNode> nodes;    ///< parents first
+    std::vector<std::shared_ptr<const TextureImage>> images;  ///< of particles
+    std::vector<SceneNode> nodes;                             ///< parents first
 };
 
 /// Parses `nodes` of a scene: a list of nodes, each with `position`, `rotation`, `scale`, `on_ground`, `children` and
 /// one content at most: `mesh` with `levels` and `crease_deg`; `sphere`, `box`, `capsule` or `cylinder` with `colour`;
 /// `sprite`; `switch`; `billboard`; `emitter`. A sprite becomes a billboard with a child that has the picture. Files
-/// are read here, each once for each crease angle. Errors begin with the path of the key:
+/// are read here, meshes once for each crease angle, images once. Errors begin with the path of the key:
 /// "nodes[2].children[0].switch.limits must be".
 ///
 /// @param folder base of relative paths

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <string>
 
 namespace terrane::internal {
@@ -64,12 +65,18 @@ EmitterPlace place_at(std::span<const EmitterPlace> places, double time) {
     return at;
 }
 
-// Distance that a particle can move from its birth, metres.
+// Distance of a particle's points from its centre relative to its radius: the corners of an image are outside the disc.
+double corner_of(const EmitterNode& emitter) {
+    return emitter.image == ParticleImageId::soft_disc ? 1.0 : std::numbers::sqrt2;
+}
+
+// Distance that the points of a particle can have from its birth, metres.
 double most_reach(const EmitterNode& emitter, double scale) {
     const double life = emitter.life[1];
     const double speed =
         scale * (length(emitter.velocity) + emitter.velocity_spread) + 2.0 * length(emitter.wind);
-    return scale * (emitter.source_radius + std::max(emitter.radius[0], emitter.radius[1])) +
+    const double most_radius = std::max(emitter.radius[0], emitter.radius[1]);
+    return scale * (emitter.source_radius + corner_of(emitter) * most_radius) +
            life * (speed + 0.5 * life * length(emitter.acceleration));
 }
 
@@ -115,6 +122,10 @@ void append_particles(const EmitterNode& emitter, std::span<const EmitterPlace> 
                 static_cast<float>(share) * (emitter.colours[1][i] - emitter.colours[0][i]);
         }
         particle.colour[3] *= at_birth.strength * static_cast<float>(appeared);
+        if (emitter.image != ParticleImageId::soft_disc) {
+            particle.turn = static_cast<float>(2.0 * std::numbers::pi * random.next());
+            particle.image = emitter.image;
+        }
         particles_out.push_back(particle);
     }
 }

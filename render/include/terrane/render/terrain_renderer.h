@@ -174,7 +174,7 @@ public:
     /// set or too few indices; the previous frame is then kept. Fails with device_unavailable for OpenGL errors.
     ///
     /// @param scene draw list with ids of this renderer; draw() also fails with invalid_argument for a mesh, level,
-    ///              impostor or range that does not exist, and for numbers that are not finite or out of range
+    ///              impostor, image or range that does not exist, and for numbers that are not finite or out of range
     Result<void> draw(const TerrainMesh& mesh, const View& view, const SceneDraws& scene = {});
 
     /// Sets the time of moving water for the following calls of draw(), seconds, 0 at first. The same time gives the
@@ -208,6 +208,18 @@ public:
     Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings = {});
     /// Frees an impostor; no effect for an unknown id.
     void remove_impostor(ImpostorId impostor);
+
+    /// Uploads an image of particles, for EmitterNode::image and Particle::image. It shares the limit texture_bytes
+    /// with the textures of meshes.
+    ///
+    /// @param image multiplies colour and opacity of the particles; an image that is opaque everywhere has the opacity
+    ///              of a soft disc
+    ///
+    /// Fails: invalid_argument for null and for an image whose size does not fit its pixels; device_unavailable for
+    ///        OpenGL errors
+    Result<ParticleImageId> add_particle_image(std::shared_ptr<const TextureImage> image);
+    /// Frees an image of particles; no effect for an unknown id. draw() refuses particles that still name it.
+    void remove_particle_image(ParticleImageId image);
 
     /// Sun direction and shadow distance, for Scene::begin_frame(); none if shadows are off.
     std::optional<SunShadows> shadows() const;

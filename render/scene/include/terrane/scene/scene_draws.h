@@ -13,6 +13,10 @@ namespace terrane {
 enum class MeshId : std::uint32_t {};
 /// Identifies an impostor of the renderer that created it.
 enum class ImpostorId : std::uint32_t {};
+/// Identifies an image of particles of the renderer that created it.
+enum class ParticleImageId : std::uint32_t {
+    soft_disc = 0,  ///< no image
+};
 
 /// A level of detail of a mesh: triangles that use the mesh's vertices.
 struct MeshLevel {
@@ -61,14 +65,16 @@ struct StreamedDraw {
     std::uint32_t instance = 0;                              ///< in SceneDraws::instances
 };
 
-/// A soft disc that faces the viewer, for smoke or dust: two triangles.
+/// A soft disc, or an image, that faces the viewer, for smoke or dust: two triangles.
 struct Particle {
     std::array<float, 3> offset_eye{};  ///< centre minus the eye, world axes, metres
-    float radius = 1.0f;                ///< metres
-    /// Red, green, blue with display gamma; opacity at the centre.
+    float radius = 1.0f;                ///< metres; half the side of an image
+    /// Red, green, blue with display gamma; opacity at the centre. Factors of those of an image.
     std::array<float, 4> colour{1.0f, 1.0f, 1.0f, 1.0f};
+    float turn = 0.0f;  ///< rotation of the image in the picture, radians, counter-clockwise
+    ParticleImageId image = ParticleImageId::soft_disc;  ///< of the renderer
 };
-static_assert(sizeof(Particle) == 32);
+static_assert(sizeof(Particle) == 40);
 
 /// The draw list of a scene for one frame: spans of the scene's buffers.
 struct SceneDraws {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/base/math.h>
+#include <terrane/scene/scene_draws.h>
 
 #include <array>
 #include <cstddef>
@@ -88,7 +89,7 @@ struct ParticlesNode {
     std::vector<Disc> discs;  ///< to move them, call set_content()
 };
 
-/// Emits soft discs, as smoke, dust or spray. A particle is a function of the seed, its number and the time alone
+/// Emits particles, as smoke, dust or spray. A particle is a function of the seed, its number and the time alone
 /// (Scene::set_time()), so that a seek shows the same smoke; for an emitter that moves, of its places since the
 /// particle's birth too. Allowed below groups and models only. Not part of bounds and picking.
 struct EmitterNode {
@@ -111,6 +112,9 @@ struct EmitterNode {
     /// At birth and at the end of life, as Particle::colour, 0 to 1. Particles also appear over a tenth of their life.
     std::array<std::array<float, 4>, 2> colours{
         {{0.7f, 0.7f, 0.7f, 0.5f}, {0.8f, 0.8f, 0.8f, 0.0f}}};
+    /// Image of the particles, of the renderer that draws the scene (TerrainRenderer::add_particle_image()). Each
+    /// particle shows it turned by a random angle of its own. soft_disc: they are soft discs.
+    ParticleImageId image = ParticleImageId::soft_disc;
     /// Factor of the opacity of the particles that are born from now on, 0 to 1, for dust that depends on the speed of
     /// a wheel.
     float strength = 1.0f;
