@@ -8,7 +8,10 @@
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -195,6 +198,95 @@ TEST_F(BodyNodesTest, VehiclesHaveWheelsAndDustOnlyWhereTheyDrive) {
     EXPECT_GT(standing, 10u);  // the exhaust
     EXPECT_NEAR(static_cast<double>(in_the_air), static_cast<double>(standing), 15.0);
     EXPECT_GT(driving, standing + 50);
+}
+
+// Two barrels of one shape: of the first a box stands 2 m off along the body's x axis and smokes, below a node that is
+// twice as large; the second has a ball. The third body has no node.
+constexpr const char* kBarrels = R"([
+  {"shape":{"sphere":{"radius":1}}, "position":[0,0,20], "node":{"scale":2, "children":[
+    {"position":[1,0,0], "box":{"half_extents":[0.5,0.5,0.5]}, "children":[
+      {"position":[0,0,0.5], "emitter":{"per_s":50, "life_s":[1,1], "source_m":0, "spread_m_s":0,
+                                        "velocity":[0,0,1], "drag_s":1000}}]},
+    {"mesh":"pine.obj", "scale":0.05}]}},
+  {"shape":{"sphere":{"radius":1}}, "position":[0,5,20], "node":{"sphere":{"radius":0.5}}},
+  {"shape":{"sphere":{"radius":1}}, "position":[0,-5,20]}])";
+
+std::vector<PlacedBody> read_barrels() {
+    return read_bodies(nlohmann::ordered_json::parse(kBarrels), TERRANE_SOURCE_DIR "/tools/data")
+        .value();
+}
+
+TEST_F(BodyNodesTest, ABodyMovesTheSubtreeOfItsNode) {
+    const std::vector<PlacedBody> bodies = read_barrels();
+    BodyNodes nodes(*field_, nullptr, false);
+    nodes.set_node(4, bodies[0]);
+    const Shape& shape = bodies[0].settings.shape;
+    BodyState state = bodies[0].state;
+    const auto show = [&](double time) {
+        EXPECT_TRUE(nodes.show(4, shape, state));
+        field_->set_time(time);
+        return frame();
+    };
+    const SceneDraws first = show(0.0);
+    ASSERT_EQ(first.instances.size(), 2u) << "box and pine";
+    EXPECT_EQ(first.instances[0].offset_eye, (std::array<float, 3>{22.0f, 0.0f, 0.0f}));
+    EXPECT_EQ(first.instances[0].scale, 2.0f);
+    EXPECT_EQ(first.instances[1].offset_eye, (std::array<float, 3>{20.0f, 0.0f, 0.0f}));
+    // a quarter turn about z, and 3 m up
+    state.pose.rotation << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    state.pose.translation = {0.0, 0.0, 23.0};
+    const SceneDraws turned = show(1.0);
+    EXPECT_EQ(turned.instances[0].offset_eye, (std::array<float, 3>{20.0f, 2.0f, 3.0f}));
+    // smoke leaves the top of the box as it is now, and remains where it was
+    const SceneDraws later = show(1.2);
+    float nearest = 100.0f;
+    for (const Particle& p : later.particles) {
+        const auto& [x, y, z] = p.offset_eye;
+        nearest = std::min(nearest, std::hypot(x - 20.0f, y - 2.0f, z - 4.0f));
+    }
+    EXPECT_GT(later.particles.size(), 40u);
+    EXPECT_LT(nearest, 0.1f);
+    // asleep, all of it is darker; lost, all of it is gone
+    state.condition = BodyCondition::asleep;
+    for (const ObjectInstance& instance : show(1.3).instances) EXPECT_LT(instance.tint[0], 0.8f);
+    state.condition = BodyCondition::left_world;
+    const SceneDraws lost = show(1.4);
+    EXPECT_TRUE(lost.instances.empty());
+    EXPECT_TRUE(lost.particles.empty());
+}
+
+TEST_F(BodyNodesTest, BodiesOfOneShapeHaveTheirOwnNodesAndProxiesHaveNone) {
+    const std::vector<PlacedBody> bodies = read_barrels();
+    for (const bool proxies : {false, true}) {
+        field_.emplace(ObjectField::create(FractalHeights::create({.seed = 5}).value(), {},
+                                           {.picture = view()}, nullptr)
+                           .value());
+        BodyNodes nodes(*field_, nullptr, proxies);
+        for (std::size_t i = 0; i < bodies.size(); ++i) {
+            nodes.set_node(i, bodies[i]);
+            ASSERT_TRUE(nodes.show(i, bodies[i].settings.shape, bodies[i].state));
+        }
+        field_->set_time(2.0);
+        const SceneDraws drawn = frame();
+        EXPECT_EQ(drawn.instances.size(), proxies ? 3u : 4u);
+        EXPECT_EQ(drawn.meshes.size(), proxies ? 1u : 4u);
+        EXPECT_EQ(drawn.particles.empty(), proxies);
+    }
+}
+
+TEST_F(BodyNodesTest, NodesThatCannotBeInASceneAreNamed) {
+    const auto bodies = read_bodies(nlohmann::ordered_json::parse(
+        R"([{"shape":{"sphere":{"radius":1}}, "position":[0,0,20],
+                 "node":{"switch":{"limits":["always"]}, "children":[{"emitter":{}}]}}])"));
+    ASSERT_TRUE(bodies) << bodies.error();
+    BodyNodes nodes(*field_, nullptr, false);
+    nodes.set_node(0, (*bodies)[0]);
+    const Result<void> shown = nodes.show(0, (*bodies)[0].settings.shape, (*bodies)[0].state);
+    ASSERT_FALSE(shown);
+    EXPECT_EQ(shown.error().message,
+              "bodies[0].node.children[0]: instances and emitters cannot be below a switch or a "
+              "billboard");
+    EXPECT_TRUE(frame().instances.empty());
 }
 
 TEST_F(BodyNodesTest, ProxiesHaveTheShapesThatCollide) {

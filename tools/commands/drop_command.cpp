@@ -10,6 +10,7 @@
 #include "program/summary.h"
 #include "scene/body_placement.h"
 #include "scene/scene_bodies.h"
+#include "scene/shape_meshes.h"
 #include "scene/terrain_options.h"
 
 #include <terrane/collision/world.h>
@@ -44,11 +45,12 @@ Result<World> restore_world(const std::string& path, int worker_count);
 /// affect the simulation.
 class DropFilm {
 public:
-    /// @param options fps, size, fov_deg, out, png and video are used
+    /// @param options    fps, size, fov_deg, out, png and video are used
+    /// @param first_body index in the world of the scene's first body, or of one before it
     ///
     /// Fails as FlightOutput and FrameMaker.
     static Result<DropFilm> create(const FlightOptions& options, const Terrain& terrain,
-                                   const World& world);
+                                   const World& world, std::size_t first_body);
 
     /// Shows a mesh file for all bodies of a shape: see BodyNodes::set_mesh().
     void set_mesh(const Shape& shape, const std::string& path, double scale) {
@@ -103,6 +105,23 @@ std::array<double, 3> place_of(const BodyState& state) {
     return {p.x(), p.y(), p.z()};
 }
 
+// Makes bodies of a world look like those of the scene. The scene's bodies are in the world in their order; others may
+// be between them and `first`, if the world was restored. Each is the next one of its shape.
+void set_nodes(std::span<const PlacedBody> of_scene, const World& world, std::size_t first,
+               BodyNodes& nodes) {
+    const auto settings = world.settings();
+    std::size_t body = first;
+    for (const PlacedBody& placed : of_scene) {
+        std::size_t found = body;
+        while (found < settings.size() &&
+               !is_same_shape(settings[found].shape, placed.settings.shape))
+            ++found;
+        if (found == settings.size()) continue;
+        nodes.set_node(found, placed);
+        body = found + 1;
+    }
+}
+
 }  // namespace
 
 DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
@@ -118,11 +137,12 @@ DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput 
 }
 
 Result<DropFilm> DropFilm::create(const FlightOptions& options, const Terrain& terrain,
-                                  const World& world) {
+                                  const World& world, std::size_t first_body) {
     TERRANE_TRY(FrameMaker maker,
                 FrameMaker::create(terrain.source, frame_maker_settings(options)));
     TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain, kColumns));
     TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
+    set_nodes(terrain.bodies, world, first_body, nodes);
     DropCamera camera(terrain.source, world.states());
     maker.load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
     return DropFilm(options, std::move(maker), std::move(output), std::move(nodes),
@@ -370,9 +390,11 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     }
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
-        TERRANE_TRY(DropFilm made, DropFilm::create(options.film, terrain, world));
-        film.emplace(std::move(made));
         const DropLayout& layout = with_seed.layout;
+        // the number of dropped bodies in a restored world is not known
+        const std::size_t first_body = options.restore.empty() ? layout.count : 0;
+        TERRANE_TRY(DropFilm made, DropFilm::create(options.film, terrain, world, first_body));
+        film.emplace(std::move(made));
         if (layout.file_shape) film->set_mesh(*layout.file_shape, options.shape_file, layout.scale);
     }
     TERRANE_TRY(const DropTotals totals,

@@ -57,6 +57,7 @@ Result<void> add_scene(const Terrain& terrain, FrameMaker& maker, FlightOutput& 
         const PlacedBody& body = terrain.bodies[i];
         BodyState state = body.state;
         if (body.settings.type == BodyType::static_body) state.condition = BodyCondition::fixed;
+        nodes.set_node(i, body);
         TERRANE_TRY(nodes.show(i, body.settings.shape, state));
     }
     return {};

@@ -230,6 +230,8 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output, BodyN
     maker.load_until_stable(camera_->view(picture), needs, 0.0);
     if (output.is_closed()) return {};
     TERRANE_TRY(put_down(ground_of(maker)));
+    for (std::size_t i = 0; i < scene_ids_.size(); ++i)
+        nodes.set_node(scene_ids_[i].index, terrain_.bodies[i]);
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < plan_.frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(plan_.frame_count));

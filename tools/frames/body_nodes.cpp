@@ -86,6 +86,11 @@ void BodyNodes::set_meshes(std::span<const PlacedBody> bodies) {
     }
 }
 
+void BodyNodes::set_node(std::size_t body, const PlacedBody& of_scene) {
+    if (of_scene.nodes != nullptr)
+        nodes_of_bodies_.insert_or_assign(body, NodeOfBody{of_scene.nodes, of_scene.node});
+}
+
 Result<MeshModel> BodyNodes::look_of(const Form& form) const {
     MeshModel look;
     const Box* const box = std::get_if<Box>(&form.shape);
@@ -115,7 +120,28 @@ Result<BodyNodes::Part> BodyNodes::add(ModelId model) {
     Scene& scene = field_->scene();
     TERRANE_TRY(const NodeId node,
                 scene.add(scene.root(), {}, ModelNode{.model = model, .tint = kAwake}));
-    return Part{node, model, kAwake};
+    return Part{node, kAwake, {{node, model}}};
+}
+
+Result<BodyNodes::Part> BodyNodes::add(const NodeOfBody& look) {
+    const SceneNodes& nodes = *look.nodes;
+    auto models = node_models_.find(look.nodes);
+    if (models == node_models_.end()) {
+        TERRANE_TRY(NodeModels made, field_->add_body_models(nodes, renderer_));
+        models = node_models_.emplace(look.nodes, std::move(made)).first;
+    }
+    Scene& scene = field_->scene();
+    Part part;
+    part.tint = kAwake;
+    TERRANE_TRY(part.node, scene.add(scene.root(), {}, GroupNode{}));
+    TERRANE_TRY(const std::vector<NodeId> ids,
+                field_->add_subtree(nodes, look.first, models->second, part.node,
+                                    nodes.nodes[look.first].place));
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+        const auto* mesh = std::get_if<MeshOfNode>(&nodes.nodes[look.first + i].content);
+        if (mesh != nullptr) part.models.emplace_back(ids[i], models->second.models[mesh->mesh]);
+    }
+    return part;
 }
 
 Result<void> BodyNodes::place(Part& part, const Pose& pose_world, const Tint& tint) {
@@ -123,7 +149,9 @@ Result<void> BodyNodes::place(Part& part, const Pose& pose_world, const Tint& ti
     TERRANE_TRY(scene.set_place(part.node, {.parent_from_node = pose_world}));
     if (tint == part.tint) return {};
     part.tint = tint;
-    return scene.set_content(part.node, ModelNode{.model = part.model, .tint = tint});
+    for (const auto& [node, model] : part.models)
+        TERRANE_TRY(scene.set_content(node, ModelNode{.model = model, .tint = tint}));
+    return {};
 }
 
 Result<void> BodyNodes::show(std::size_t body, const Shape& shape, const BodyState& state,
@@ -136,9 +164,15 @@ Result<void> BodyNodes::show(std::size_t body, const Shape& shape, const BodySta
         return {};
     }
     if (known == bodies_.end()) {
-        TERRANE_TRY(const ModelId model, model_of(shape));
-        TERRANE_TRY(const Part part, add(model));
-        known = bodies_.emplace(body, part).first;
+        const auto look = nodes_of_bodies_.find(body);
+        Part part;
+        if (look != nodes_of_bodies_.end() && !shows_proxies_) {
+            TERRANE_TRY(part, add(look->second));
+        } else {
+            TERRANE_TRY(const ModelId model, model_of(shape));
+            TERRANE_TRY(part, add(model));
+        }
+        known = bodies_.emplace(body, std::move(part)).first;
     }
     const float share = state.condition == BodyCondition::asleep  ? kAsleep
                         : state.condition == BodyCondition::fixed ? kStatic

@@ -12,6 +12,7 @@
 #include <array>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -39,13 +40,18 @@ public:
     void set_mesh(const Shape& shape, const std::string& path, double scale = 1.0);
     /// The same for those bodies of a scene that have a mesh.
     void set_meshes(std::span<const PlacedBody> bodies);
+    /// Makes a body look like the node of a body of a scene; no effect if that has none.
+    ///
+    /// @param body as for show(), before the first call for this body
+    void set_node(std::size_t body, const PlacedBody& of_scene);
 
     /// Places the node of a body at its pose; sleeping bodies are darker, static ones grey. Hides a body that has left
     /// the world or was removed.
     ///
     /// @param body  identifies the body in later calls; its shape must stay the same
     ///
-    /// Fails: as make_shape_mesh(), read_model(), make_object_levels() and TerrainRenderer::add_mesh()
+    /// Fails: as make_shape_mesh(), read_model(), make_object_levels(), TerrainRenderer::add_mesh(),
+    ///        ObjectField::add_body_models() and ObjectField::add_subtree()
     Result<void> show(std::size_t body, const Shape& shape, const BodyState& state,
                       const Tint& tint = {1.0f, 1.0f, 1.0f});
 
@@ -57,11 +63,16 @@ public:
                       double speed);
 
 private:
-    /// A model that is moved.
+    /// A node that is moved, with the models in its subtree.
     struct Part {
         NodeId node{};
-        ModelId model{};
         Tint tint{};
+        std::vector<std::pair<NodeId, ModelId>> models;
+    };
+    /// The look of a body: see PlacedBody::node.
+    struct NodeOfBody {
+        std::shared_ptr<const SceneNodes> nodes;
+        std::size_t first = 0;
     };
     struct Form {
         Shape shape;
@@ -78,6 +89,7 @@ private:
     Result<MeshModel> look_of(const Form& form) const;
     Result<ModelId> model_of(const Shape& shape);
     Result<Part> add(ModelId model);
+    Result<Part> add(const NodeOfBody& look);
     Result<void> add(const MeshModel& model, std::size_t count, std::vector<Part>& parts_out);
     Result<void> place(std::vector<Part>& parts, std::span<const Pose> poses_world);
     Result<void> place(Part& part, const Pose& pose_world, const Tint& tint);
@@ -88,6 +100,8 @@ private:
     TerrainRenderer* renderer_;
     bool shows_proxies_;
     std::vector<Form> forms_;  // of different shapes
+    std::map<std::size_t, NodeOfBody> nodes_of_bodies_;
+    std::map<std::shared_ptr<const SceneNodes>, NodeModels> node_models_;
     std::map<std::size_t, Part> bodies_;
     std::optional<Vehicle> vehicle_;
     std::vector<Part> character_;

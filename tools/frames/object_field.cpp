@@ -86,17 +86,6 @@ double ms_since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Uploads images of particles. Empty without a renderer.
-Result<std::vector<ParticleImageId>> upload_images(
-    std::span<const std::shared_ptr<const TextureImage>> images, TerrainRenderer* renderer) {
-    std::vector<ParticleImageId> made;
-    if (renderer == nullptr) return made;
-    for (const auto& image : images) {
-        TERRANE_TRY(made.emplace_back(), renderer->add_particle_image(image));
-    }
-    return made;
-}
-
 /// The error of `result`, with a subject before its message.
 template <class T>
 tl::unexpected<Error> about(const std::string& what, const Result<T>& result) {
@@ -121,7 +110,7 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
     std::vector<ModelId> models;
     TERRANE_TRY(const std::vector<ObjectLevels> levels,
                 field.add_models(objects.meshes, objects.coarser, objects.materials, objects.files,
-                                 renderer, models));
+                                 renderer, true, models));
     for (const SceneObject& object : objects.objects) {
         const NodePlace place = {object.world_from_object, object.scale};
         const Result<NodeId> node =
@@ -147,12 +136,12 @@ Result<ObjectField> ObjectField::create(std::shared_ptr<const HeightSource> sour
 Result<std::vector<ObjectLevels>> ObjectField::add_models(
     std::span<const TriangleMesh> meshes, std::span<const std::vector<TriangleMesh>> coarser,
     std::span<const std::vector<MeshMaterial>> materials, std::span<const std::string> files,
-    TerrainRenderer* renderer, std::vector<ModelId>& models_out) {
+    TerrainRenderer* renderer, bool has_impostors, std::vector<ModelId>& models_out) {
     std::vector<ObjectLevels> levels;
     for (std::size_t i = 0; i < meshes.size(); ++i) {
         std::vector<TriangleMesh> all{meshes[i]};
         if (i < coarser.size()) all.insert(all.end(), coarser[i].begin(), coarser[i].end());
-        Result<ObjectLevels> made = make_object_levels(all);
+        Result<ObjectLevels> made = make_object_levels(all, has_impostors);
         if (!made) return about(files[i], made);
         if (renderer != nullptr) {
             std::span<const MeshMaterial> of_mesh;
@@ -174,14 +163,61 @@ Result<ModelId> ObjectField::add_body_model(const MeshModel& model, TerrainRende
     return scene_.add_model(made.model);
 }
 
+Result<NodeModels> ObjectField::add_node_models(const SceneNodes& nodes, TerrainRenderer* renderer,
+                                                bool has_impostors) {
+    NodeModels made;
+    TERRANE_TRY(add_models(nodes.meshes, nodes.coarser, nodes.materials, nodes.files, renderer,
+                           has_impostors, made.models));
+    if (renderer == nullptr) return made;
+    for (const auto& image : nodes.images) {
+        TERRANE_TRY(made.images.emplace_back(), renderer->add_particle_image(image));
+    }
+    return made;
+}
+
+Result<NodeModels> ObjectField::add_body_models(const SceneNodes& nodes,
+                                                TerrainRenderer* renderer) {
+    return add_node_models(nodes, renderer, false);
+}
+
+Result<std::vector<NodeId>> ObjectField::add_subtree(const SceneNodes& nodes, std::size_t first,
+                                                     const NodeModels& models, NodeId parent,
+                                                     const NodePlace& place) {
+    std::vector<NodeId> ids;
+    for (std::size_t i = first; i < nodes.nodes.size(); ++i) {
+        const SceneNode& node = nodes.nodes[i];
+        if (i > first && !node.parent) break;  // the next tree
+        const auto content = [&](const auto& each) -> NodeContent {
+            using Content = std::decay_t<decltype(each)>;
+            if constexpr (std::is_same_v<Content, MeshOfNode>) {
+                return ModelNode{.model = models.models[each.mesh]};
+            } else if constexpr (std::is_same_v<Content, EmitterNode>) {
+                EmitterNode emitter = each;
+                if (node.image && !models.images.empty())
+                    emitter.image = models.images[*node.image];
+                return emitter;
+            } else {
+                return each;
+            }
+        };
+        const Result<NodeId> id =
+            scene_.add(i == first ? parent : ids[*node.parent - first],
+                       i == first ? place : node.place, std::visit(content, node.content));
+        if (!id) {
+            if (!ids.empty()) scene_.remove(ids.front());
+            return about(node.path, id);
+        }
+        ids.push_back(*id);
+    }
+    return ids;
+}
+
 Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource& source,
                                     TerrainRenderer* renderer) {
-    std::vector<ModelId> models;
-    TERRANE_TRY(
-        add_models(nodes.meshes, nodes.coarser, nodes.materials, nodes.files, renderer, models));
-    TERRANE_TRY(const std::vector<ParticleImageId> images, upload_images(nodes.images, renderer));
-    std::vector<NodeId> ids;
-    for (const SceneNode& node : nodes.nodes) {
+    TERRANE_TRY(const NodeModels models, add_node_models(nodes, renderer, true));
+    for (std::size_t i = 0; i < nodes.nodes.size(); ++i) {
+        const SceneNode& node = nodes.nodes[i];
+        if (node.parent) continue;
         NodePlace place = node.place;
         if (node.is_on_ground) {
             WorldPos& p = place.parent_from_node.translation;
@@ -196,21 +232,7 @@ Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource&
             }
             p.z() += height;
         }
-        const auto content = [&](const auto& each) -> NodeContent {
-            if constexpr (std::is_same_v<std::decay_t<decltype(each)>, MeshOfNode>) {
-                return ModelNode{.model = models[each.mesh]};
-            } else if constexpr (std::is_same_v<std::decay_t<decltype(each)>, EmitterNode>) {
-                EmitterNode emitter = each;
-                if (node.image && !images.empty()) emitter.image = images[*node.image];
-                return emitter;
-            } else {
-                return each;
-            }
-        };
-        const Result<NodeId> id = scene_.add(node.parent ? ids[*node.parent] : scene_.root(), place,
-                                             std::visit(content, node.content));
-        if (!id) return about(node.path, id);
-        ids.push_back(*id);
+        TERRANE_TRY(add_subtree(nodes, i, models, scene_.root(), place));
     }
     return {};
 }

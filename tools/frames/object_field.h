@@ -69,6 +69,12 @@ private:
     std::jthread thread_;  // declared last: it uses all other members
 };
 
+/// The meshes and images of nodes, in a scene and on the device.
+struct NodeModels {
+    std::vector<ModelId> models;          ///< [SceneNodes::meshes]
+    std::vector<ParticleImageId> images;  ///< [SceneNodes::images]; empty without a renderer
+};
+
 /// Statistics of the objects of a frame.
 struct ObjectCounts {
     std::size_t drawn = 0;
@@ -112,6 +118,18 @@ public:
     ///        for a node on the ground where there is none
     Result<void> add_nodes(const SceneNodes& nodes, const HeightSource& source,
                            TerrainRenderer* renderer);
+
+    /// Adds the meshes and images of the nodes of bodies, without impostors as add_body_model(). Fails as add_nodes()
+    Result<NodeModels> add_body_models(const SceneNodes& nodes, TerrainRenderer* renderer);
+    /// Adds a node and its subtree below a node of the scene.
+    ///
+    /// @param first index of the node in `nodes`
+    /// @param place of the node in the frame of `parent`
+    ///
+    /// Fails: as Scene::add(), naming the node; nothing is added then
+    Result<std::vector<NodeId>> add_subtree(const SceneNodes& nodes, std::size_t first,
+                                            const NodeModels& models, NodeId parent,
+                                            const NodePlace& place);
 
     /// Adds the model of a body, which tumbles: without an impostor, because that shows a model from above only.
     ///
@@ -160,7 +178,9 @@ private:
     Result<std::vector<ObjectLevels>> add_models(
         std::span<const TriangleMesh> meshes, std::span<const std::vector<TriangleMesh>> coarser,
         std::span<const std::vector<MeshMaterial>> materials, std::span<const std::string> files,
-        TerrainRenderer* renderer, std::vector<ModelId>& models_out);
+        TerrainRenderer* renderer, bool has_impostors, std::vector<ModelId>& models_out);
+    Result<NodeModels> add_node_models(const SceneNodes& nodes, TerrainRenderer* renderer,
+                                       bool has_impostors);
     void find_absent(ScatteredModel& scattered, const WorldPos& eye);
     void follow(const WorldPos& eye, std::size_t most_requests);
     void add_made(std::size_t most);

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -216,7 +217,7 @@ Parsed<std::vector<PlacedBody>> read_bodies(const Json& list, const std::string&
         const std::string path = fmt::format("bodies[{}]", bodies.size());
         const Parsed<void> good = check_keys(each, path,
                                              {"shape", "position", "rotation", "velocity", "spin",
-                                              "type", "mass", "friction", "restitution"});
+                                              "type", "mass", "friction", "restitution", "node"});
         if (!good) return wrong(good.error());
         if (each.contains("shape") && !is_file_shape(each)) {
             const Parsed<void> known = check_shape_keys(each["shape"], path + ".shape");
@@ -228,6 +229,14 @@ Parsed<std::vector<PlacedBody>> read_bodies(const Json& list, const std::string&
         const Result<BodyId> added = world->add(body->settings, body->state);
         if (!added) return wrong(path + ": " + added.error().message);
         bodies.push_back(*std::move(body));
+    }
+    std::vector<std::optional<std::size_t>> roots;
+    TERRANE_TRY(auto nodes, read_body_nodes(list, folder, roots));
+    const auto shared = std::make_shared<const SceneNodes>(std::move(nodes));
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        if (!roots[i]) continue;
+        bodies[i].nodes = shared;
+        bodies[i].node = *roots[i];
     }
     return bodies;
 }

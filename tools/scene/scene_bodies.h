@@ -2,12 +2,15 @@
 #pragma once
 
 #include "program/json_values.h"
+#include "scene/scene_nodes.h"
 
 #include <terrane/base/result.h>
 #include <terrane/collision/shapes.h>
 #include <terrane/collision/world.h>
 #include <terrane/terrain/triangle_mesh.h>
 
+#include <cstddef>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +22,9 @@ struct PlacedBody {
     BodySettings settings;
     BodyState state;
     std::string mesh_file = {};  ///< path of the mesh that pictures show; "": its shape
+    /// Nodes of all bodies of the scene; null: pictures show the mesh file or the shape.
+    std::shared_ptr<const SceneNodes> nodes = {};
+    std::size_t node = 0;  ///< index in `nodes` of the one that pictures show, in the body's frame
 };
 
 /// Adds bodies to a world, in order. Fails as World::add().
@@ -57,9 +63,9 @@ Result<Compound> scaled(const Compound& compound, double scale);
 Result<Shape> read_mesh_body(const std::string& path, double proxy_error, double scale = 1.0);
 
 /// Parses `bodies` of a scene: `[{"shape":S,"position":[x,y,z],"rotation":[w,x,y,z],"velocity":[..],"spin":[..],
-/// "type":"dynamic"|"static"|"kinematic","mass":m,"friction":f,"restitution":r}..]` with S as for read_shape(), or
-/// `{"file":"rock.obj","proxy_error_m":0.02}` (read_mesh_body()). Only shape and position are required; unknown keys
-/// are refused. Errors begin with the path of the key: "bodies[2].mass must be".
+/// "type":"dynamic"|"static"|"kinematic","mass":m,"friction":f,"restitution":r,"node":N}..]`: S as for read_shape() or
+/// `{"file":"rock.obj","proxy_error_m":0.02}` (read_mesh_body()), N as for read_body_nodes(). Only shape and position
+/// are required; unknown keys are refused. Errors begin with the path of the key: "bodies[2].mass must be".
 ///
 /// @param folder base of relative paths
 Parsed<std::vector<PlacedBody>> read_bodies(const nlohmann::ordered_json& list,

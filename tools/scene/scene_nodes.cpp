@@ -218,6 +218,9 @@ class NodeReader {
 public:
     explicit NodeReader(const std::string& folder) : folder_(folder) {}
 
+    /// What a node without a parent is placed in.
+    enum class Base { world, body };
+
     SceneNodes made;
 
     Parsed<void> read_list(const Json& list, const std::string& path,
@@ -231,9 +234,9 @@ public:
         return {};
     }
 
-private:
     Parsed<void> read_node(const Json& value, const std::string& path,
-                           std::optional<std::size_t> parent, std::size_t depth) {
+                           std::optional<std::size_t> parent, std::size_t depth,
+                           Base base = Base::world) {
         const auto known =
             check_keys(value, path,
                        {"position", "rotation", "scale", "on_ground", "children", "mesh", "levels",
@@ -245,8 +248,9 @@ private:
         SceneNode node;
         node.path = path;
         node.parent = parent;
+        const bool is_in_world = !parent && base == Base::world;
         const auto pose =
-            read_pose(value, parent ? PositionAbsent::is_origin : PositionAbsent::is_wrong);
+            read_pose(value, is_in_world ? PositionAbsent::is_wrong : PositionAbsent::is_origin);
         if (!pose) return wrong(path + "." + pose.error());
         node.place.parent_from_node = *pose;
         const Parsed<double> scale = read_in_range(value, "scale", 1.0, 1e-3, 1e3);
@@ -256,8 +260,10 @@ private:
             if (!found->is_boolean())
                 return wrong(path + ".on_ground must be true or false, got " + shown(*found));
             node.is_on_ground = found->get<bool>();
-            if (node.is_on_ground && parent)
-                return wrong(path + ".on_ground goes with nodes that are nobody's children");
+            if (node.is_on_ground && !is_in_world)
+                return wrong(path + (parent
+                                         ? ".on_ground goes with nodes that are nobody's children"
+                                         : ".on_ground does not go with the node of a body"));
         }
         TERRANE_TRY(read_content(value, path, node));
         const std::size_t index = made.nodes.size();
@@ -278,6 +284,7 @@ private:
         return read_list(*children, path + ".children", index, depth + 1);
     }
 
+private:
     Parsed<void> read_content(const Json& value, const std::string& path, SceneNode& node) {
         std::string kind;
         for (const char* each : kContents) {
@@ -412,6 +419,20 @@ private:
 Parsed<SceneNodes> read_nodes(const Json& list, const std::string& folder) {
     NodeReader reader(folder);
     TERRANE_TRY(reader.read_list(list, "nodes", {}, 0));
+    return std::move(reader.made);
+}
+
+Parsed<SceneNodes> read_body_nodes(const Json& bodies, const std::string& folder,
+                                   std::vector<std::optional<std::size_t>>& roots_out) {
+    NodeReader reader(folder);
+    roots_out.assign(bodies.size(), std::nullopt);
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+        const auto node = bodies[i].find("node");
+        if (node == bodies[i].end()) continue;
+        roots_out[i] = reader.made.nodes.size();
+        TERRANE_TRY(reader.read_node(*node, fmt::format("bodies[{}].node", i), {}, 0,
+                                     NodeReader::Base::body));
+    }
     return std::move(reader.made);
 }
 

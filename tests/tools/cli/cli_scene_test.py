@@ -184,12 +184,27 @@ class Scenes(Folder):
         track = self.write("track.csv", "time_s,x_m,y_m,z_m\n0,-100,0,30\n10,100,0,30\n")
         ball = {"shape": {"sphere": {"radius": 15}}, "position": [0, 0, 30]}
         pictures = []
-        for bodies in ([], [ball], [{**ball, "type": "static"}]):
+        node = {"box": {"half_extents": [12, 12, 12]}, "children": [{"emitter": {"radius_m": [5, 8]}}]}
+        for bodies in ([], [ball], [{**ball, "type": "static"}], [{**ball, "node": node}]):
             done = run("fly", "--scene", self.over_flat(bodies=bodies), "--path", track, "--seconds", 0.2, *SMALL,
                        "--png", "--out", self.path("out"))
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             pictures.append(self.read("out/frame_000000.png"))
-        self.assertEqual(len(set(pictures)), 3)
+        self.assertEqual(len(set(pictures)), 4)
+
+    def test_a_drop_shows_the_nodes_of_bodies_from_the_start_and_after_a_restore(self):
+        world = self.path("world")
+
+        def picture(size, *arguments):
+            look = {"box": {"half_extents": [size, size, size]}}
+            bodies = [{"shape": BOX, "position": [0, 0, 2]}, {"shape": BOX, "position": [3, 0, 2], "node": look}]
+            run_json("drop", "--scene", self.over_flat(bodies=bodies), "--seconds", 0.1, "--fps", 10, "--size", "64x48", "--png",
+                     "--out", self.path("out"), *arguments)
+            return self.read("out/frame_000000.png")
+
+        start = ("--count", 2, "--shape", "sphere")
+        self.assertTrue(picture(0.9, *start, "--save", world) != picture(0.1, *start))
+        self.assertTrue(picture(0.9, "--restore", world) != picture(0.1, "--restore", world))
 
     def test_a_drop_of_nothing_is_refused(self):
         self.assert_refused(run("drop", "--scene", self.over_flat(), "--count", 0), [1], "--count 0", "has no bodies")
