@@ -92,6 +92,13 @@ def quaternion(azimuth, pitch):
     return (x, y, z, w)
 
 
+def write_track(file, eye, azimuth, pitch, seconds):
+    """A still camera, as a track."""
+    pose = " ".join(f"{value:.9f}" for value in (*eye, *quaternion(azimuth, pitch)))
+    file.write_text(f"0 {pose}\n{seconds} {pose}\n")
+    return file
+
+
 def ground_height(terrane, terrain, place):
     question = json.dumps({"id": 1, "op": "height", "x": place[0], "y": place[1]})
     done = subprocess.run([terrane, "query", *terrain], input=question + "\n", capture_output=True, text=True, check=True)
@@ -111,9 +118,7 @@ def draw(view, options, folder):
     z = view.height + (0.0 if view.is_altitude else ground_height(options.terrane, flags, view.place))
     if "--water-m" in terrain:
         z = max(z, float(terrain[terrain.index("--water-m") + 1]) + view.height)
-    track = folder / f"{view.name}.tum"
-    q = quaternion(view.azimuth, view.pitch)
-    track.write_text("".join(f"{i} {view.place[0]} {view.place[1]} {z} {q[0]:.9f} {q[1]:.9f} {q[2]:.9f} {q[3]:.9f}\n" for i in range(2)))
+    track = write_track(folder / f"{view.name}.tum", (*view.place, z), view.azimuth, view.pitch, 1)
     return play(view, options, out, ["fly", *terrain, "--path", str(track)], FRAMES)
 
 
