@@ -409,10 +409,12 @@ void TerrainRenderer::remove_impostor(ImpostorId impostor) {
 
 Result<ParticleImageId> TerrainRenderer::add_particle_image(
     std::shared_ptr<const TextureImage> image) {
+    const HostState host(state_->is_hosted);
     return state_->scene.add_particle_image(std::move(image));
 }
 
 void TerrainRenderer::remove_particle_image(ParticleImageId image) {
+    const HostState host(state_->is_hosted);
     state_->scene.remove_particle_image(image);
 }
 

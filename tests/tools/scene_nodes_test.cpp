@@ -158,7 +158,7 @@ TEST(ReadNodes, EmittersAndSpritesShareTheImagesThatTheyName) {
 }
 
 TEST(ReadNodes, AreShownWithTheImagesOfTheirEmitters) {
-    Result<EglContext> context = EglContext::create();
+    Result<GlContext> context = GlContext::create();
     if (!context) GTEST_SKIP() << context.error().message;
     TerrainRenderer renderer = TerrainRenderer::create(*context, 64, 64, {}).value();
     const auto source = FractalHeights::create({.seed = 5}).value();
