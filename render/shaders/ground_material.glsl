@@ -41,6 +41,8 @@ const float kNearContrast = 1.9;
 const float kBetweenCorners = 0.12;
 // Share of the second material in a pixel up to which only the first is drawn.
 const float kLeastShare = 0.30;
+// Ground that faces the eye less than the inverse of this has less relief.
+const float kGrazed = 3.0;
 // Components of the normal up to this have no plane of projection.
 const float kLeastPlane = 0.55;
 
@@ -296,6 +298,10 @@ GroundSurface ground_surface(GroundPoint at, vec3 p_eye[PIXELS]) {
     float factor = (1.0 - 0.45 * moisture) * (1.0 - 0.6 * occlusion) * (1.0 + materials_of.cover.w * large.z);
     // the samples already have the slopes of larger pixels
     float finer = clamp(0.30 + 0.14 * log2(frame.grid.x / at.pixel_m), 0.15, 1.0);
+#if ANISOTROPY == 1
+    // along the ray a pixel of grazed ground covers several texels, whose mean has less relief
+    finer *= min(kGrazed * facing, 1.0);
+#endif
     GroundSurface made;
     made.roughness = mix(mix(dark.w, other_dark.w, seconds[0]), 0.1, moisture);
     for (int i = 0; i < PIXELS; ++i) {

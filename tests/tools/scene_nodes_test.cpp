@@ -89,6 +89,21 @@ TEST(ReadNodes, AreShownByTheFieldOnTheGround) {
     EXPECT_EQ(nowhere.error().message, "nodes[0]: there is no ground at x 1e+09 m, y 0 m");
 }
 
+TEST(ReadNodes, EqualSolidsShareAMesh) {
+    const SceneNodes nodes = read(R"([
+        {"position": [0,0,0], "sphere": {"radius": 1}, "colour": [1,0,0]},
+        {"position": [5,0,0], "scale": 2, "sphere": {"radius": 1}, "colour": [1,0,0]},
+        {"position": [9,0,0], "sphere": {"radius": 1}, "colour": [0,1,0]},
+        {"position": [9,0,9], "sphere": {"radius": 2}, "colour": [1,0,0]}])")
+                                 .value();
+    std::vector<std::size_t> meshes;
+    for (const SceneNode& node : nodes.nodes)
+        meshes.push_back(std::get<MeshOfNode>(node.content).mesh);
+    EXPECT_EQ(meshes, (std::vector<std::size_t>{0, 0, 1, 2}));
+    EXPECT_EQ(nodes.meshes.size(), 3u);
+    EXPECT_EQ(nodes.files.size(), 3u);
+}
+
 TEST(ReadNodes, ASpriteIsAPictureBelowABillboard) {
     const std::string name = "sprite_" + std::to_string(getpid()) + ".png";
     const auto path = std::filesystem::temp_directory_path() / name;
@@ -109,6 +124,9 @@ TEST(ReadNodes, ASpriteIsAPictureBelowABillboard) {
         EXPECT_EQ(board->axis == BillboardNode::Axis::up, axis == std::string("up"));
         EXPECT_EQ(nodes->nodes[1].parent, 0u);
         ASSERT_EQ(nodes->materials[0].size(), 1u);
+        // the light of a sprite is that of level ground
+        EXPECT_EQ(nodes->meshes[0].normals[0].dot(Eigen::Vector3f::UnitZ()),
+                  axis == std::string("up") ? 1.0f : 0.0f);
         EXPECT_EQ(nodes->materials[0][0].colour_texture.image->width, 1);
         const Aabb box = bounding_box(nodes->meshes[0].positions);
         const Eigen::Vector3d size = box.high - box.low;

@@ -196,7 +196,8 @@ Parsed<TriangleMesh> read_primitive(const Json& node, const std::string& kind,
     return *std::move(mesh);
 }
 
-/// An upright picture of a sprite: its lower edge is centred at the origin.
+/// An upright picture of a sprite: its lower edge is centred at the origin. Its normals point up, so that its light does
+/// not depend on the side from which it is seen.
 ///
 /// @param axis of the billboard above it: `up` turns x to the eye, `screen` z
 TriangleMesh make_sprite_mesh(double width, double height, BillboardNode::Axis axis) {
@@ -207,7 +208,7 @@ TriangleMesh make_sprite_mesh(double width, double height, BillboardNode::Axis a
         const double right = (u - 0.5) * width, up = v * height;
         mesh.positions.push_back(is_up ? Eigen::Vector3d(0.0, right, up)
                                        : Eigen::Vector3d(right, up, 0.0));
-        mesh.normals.push_back(is_up ? Eigen::Vector3f::UnitX() : Eigen::Vector3f::UnitZ());
+        mesh.normals.push_back(is_up ? Eigen::Vector3f::UnitZ() : Eigen::Vector3f::UnitY());
         mesh.texture_coordinates.emplace_back(u, v);
     }
     mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -302,13 +303,14 @@ private:
                 return wrong(fmt::format("{}.{} goes with mesh", path, key));
         }
         if (is_primitive) {
-            TERRANE_TRY(TriangleMesh mesh, read_primitive(value, kind, path));
-            node.content = MeshOfNode{made.meshes.size()};
-            made.meshes.push_back(std::move(mesh));
-            made.materials.emplace_back();
-            made.coarser.emplace_back();
-            made.files.push_back(path);
-            names_.emplace_back();
+            const Json colour = value.contains("colour") ? value["colour"] : Json();
+            const std::string text = Json{kind, value[kind], colour}.dump();
+            auto known = shapes_.find(text);
+            if (known == shapes_.end()) {
+                TERRANE_TRY(TriangleMesh mesh, read_primitive(value, kind, path));
+                known = shapes_.emplace(text, add_shape(std::move(mesh), {}, path)).first;
+            }
+            node.content = MeshOfNode{known->second};
         } else if (kind == "mesh") {
             const Parsed<std::size_t> mesh = read_file(value);
             if (!mesh) return wrong(path + "." + mesh.error());
@@ -349,23 +351,35 @@ private:
                 return wrong(path + ".size_m must be above 0 and at most 1e4 m, got " +
                              shown(value["size_m"]));
         }
-        MeshMaterial material;
-        material.is_two_sided = true;
-        material.colour = {255, 255, 255};
-        material.colour_texture = {picture, TextureWrap::clamp, TextureWrap::clamp};
-        material.alpha_cutoff = kSpriteCut;
-        const auto& turning = std::get<BillboardNode>(made.nodes[billboard].content);
+        const std::string text = value.dump();
+        auto shape = shapes_.find(text);
+        if (shape == shapes_.end()) {
+            MeshMaterial material;
+            material.is_two_sided = true;
+            material.colour = {255, 255, 255};
+            material.colour_texture = {picture, TextureWrap::clamp, TextureWrap::clamp};
+            material.alpha_cutoff = kSpriteCut;
+            const auto& turning = std::get<BillboardNode>(made.nodes[billboard].content);
+            TriangleMesh mesh = make_sprite_mesh((*size)[0], (*size)[1], turning.axis);
+            shape = shapes_.emplace(text, add_shape(std::move(mesh), {material}, path)).first;
+        }
         SceneNode node;
         node.path = path;
         node.parent = billboard;
-        node.content = MeshOfNode{made.meshes.size()};
+        node.content = MeshOfNode{shape->second};
         made.nodes.push_back(std::move(node));
-        made.meshes.push_back(make_sprite_mesh((*size)[0], (*size)[1], turning.axis));
-        made.materials.push_back({material});
+        return {};
+    }
+
+    /// Adds the mesh of a primitive or a sprite; returns its index.
+    std::size_t add_shape(TriangleMesh mesh, std::vector<MeshMaterial> materials,
+                          const std::string& path) {
+        made.meshes.push_back(std::move(mesh));
+        made.materials.push_back(std::move(materials));
         made.coarser.emplace_back();
         made.files.push_back(path);
         names_.emplace_back();
-        return {};
+        return made.meshes.size() - 1;
     }
 
     /// The image that a sprite or an emitter names; reads its file if no earlier one names it.
@@ -410,7 +424,8 @@ private:
     }
 
     std::string folder_;
-    std::vector<std::optional<MeshName>> names_;  // [made.meshes] none: a primitive
+    std::vector<std::optional<MeshName>> names_;  // [made.meshes] none: a primitive or a sprite
+    std::map<std::string, std::size_t> shapes_;   // meshes of primitives and sprites, by their text
     std::map<std::string, std::shared_ptr<const TextureImage>> pictures_;  // by the names of files
 };
 
