@@ -54,8 +54,8 @@ struct AabbNode {
     std::uint32_t item = kInner;  ///< index of a leaf's box
 };
 
-/// Splits items into halves of equal count, the second one larger by one if need be, along the axis on which the centres
-/// of their boxes extend farthest; at equal centres, the order of indices decides. Empty boxes, from +infinity to
+/// Splits items into halves, the second one larger by one if the count is odd, along the axis on which the centres of
+/// their boxes extend farthest; at equal centres, the order of indices decides. Empty boxes, from +infinity to
 /// -infinity, sort after all others. Which items a half contains is deterministic; their order in it is not.
 ///
 /// @param bounds indexed by items

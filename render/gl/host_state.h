@@ -12,7 +12,7 @@ namespace terrane::internal {
 /// the destructor restores it. Kept is all state that the renderer changes or depends on; framebuffers, vertex arrays
 /// and objects of the host are not touched. Errors that the host has not read are lost: they would seem ours.
 ///
-/// Cost: about 400 calls that read or set state, 30 microseconds on Mesa
+/// Cost: about 400 calls that read or set state, 8 microseconds with Mesa's llvmpipe
 class HostState {
 public:
     /// @param is_needed false: does nothing, for contexts of our own

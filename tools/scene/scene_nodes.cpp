@@ -196,8 +196,8 @@ Parsed<TriangleMesh> read_primitive(const Json& node, const std::string& kind,
     return *std::move(mesh);
 }
 
-/// An upright picture of a sprite: its lower edge is centred at the origin. Its normals point up, so that its light does
-/// not depend on the side from which it is seen.
+/// An upright picture of a sprite: its lower edge is centred at the origin. Its normals point up, so that its light
+/// does not depend on the side from which it is seen.
 ///
 /// @param axis of the billboard above it: `up` turns x to the eye, `screen` z
 TriangleMesh make_sprite_mesh(double width, double height, BillboardNode::Axis axis) {

@@ -30,8 +30,8 @@ void FrameObjects::begin(const View& view, float log2_least) {
     log2_pixels_ = log2_of(static_cast<float>(view.pixels_per_radian()));
 }
 
-// Upper bound of the factors of objects (log2): the factor of an object with the largest scale and the largest radius at
-// the point of their box nearest to the eye, plus a rounding margin.
+// Upper bound of the factors of objects (log2): the factor of an object with the largest scale and the largest radius
+// at the point of their box nearest to the eye, plus a rounding margin.
 float FrameObjects::largest_factor(const ObjectBounds& bounds) const {
     const Aabb& box = bounds.box_world;
     const Eigen::Vector3d nearest = eye_.cwiseMax(box.low).cwiseMin(box.high);

@@ -23,10 +23,10 @@ public:
     ///
     /// Fails with device_unavailable if no context can be opened; the message lists the EGL errors.
     static Result<GlContext> create(GlChecks checks = GlChecks::off);
-    /// Uses the context that is current on the calling thread, which the host has made (by EGL, GLX, GLFW, Qt) and keeps
-    /// until all renderers in it are gone. Calls of a renderer leave the state of a host's context as they find it,
-    /// except objects of their own; no transform feedback, conditional rendering or query may be active during a call, and
-    /// errors that the host has not read are lost.
+    /// Uses the context that is current on the calling thread. The host has made it (by EGL, GLX, GLFW, Qt), and keeps
+    /// it until all renderers in it are gone. Calls of a renderer leave the state of a host's context as they find it.
+    /// No transform feedback, conditional rendering or query may be active during a call, and errors that the host has
+    /// not read are lost.
     ///
     /// Fails with device_unavailable if no context is current, or it is not OpenGL 4.5 or later.
     static Result<GlContext> adopt_current();
