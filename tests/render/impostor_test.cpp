@@ -4,6 +4,9 @@
 #include "support/random.h"
 
 #include <terrane/render/terrain_renderer.h>
+#include <terrane/render/upload_levels.h>
+#include <terrane/scene/object_levels.h>
+#include <terrane/scene/scene.h>
 
 #include <gtest/gtest.h>
 
@@ -13,6 +16,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -243,6 +247,46 @@ TEST_F(ImpostorTest, AForestThatFadesFromMeshesToImpostorsLooksLikeOneOfMeshes) 
                 mean_difference(a, b), 100.0 * count_different(a, b, 8) / (8.0 * kWidth * kHeight),
                 mean_difference(a, empty));
     EXPECT_LT(mean_difference(a, b), 0.1 * mean_difference(a, empty));
+}
+
+// The threshold grows by 1 % a frame, as when an eye 100 m away leaves at 30 m/s, in 30 frames a second.
+TEST_F(ImpostorTest, AChangeOfLevelsChangesFewPixelsOfAnObjectInAFrame) {
+    struct Object {
+        const char* name;
+        TriangleMesh mesh;
+        double distance;  // at which it changes with an error of about a pixel
+    };
+    const Object objects[] = {{"tree", make_tree(16), 45.0}, {"rock", make_rock(3, 5), 12.0}};
+    for (const auto& [name, mesh, distance] : objects) {
+        TerrainRenderer renderer = make({.sample_count = 1});
+        ObjectLevels levels = make_object_levels(std::span(&mesh, 1)).value();
+        ASSERT_TRUE(upload_levels(levels, {}, renderer));
+        Scene scene = Scene::create({}).value();
+        const ModelId model = scene.add_model(levels.model).value();
+        ASSERT_TRUE(scene.add(scene.root(), {}, ModelNode{.model = model}));
+        const View view = view_around(distance, 0.7);
+        const Image empty = draw(renderer, view, {});
+        std::optional<Image> before;
+        constexpr double kStep = 1.01;
+        double worst = 0.0;
+        std::size_t most_drawn = 0, least_drawn = std::numeric_limits<std::size_t>::max();
+        for (double threshold = 0.05; threshold < 12.0; threshold *= kStep) {
+            scene.begin_frame(view, threshold);
+            const Image now = draw(renderer, view, scene.end_frame(threshold));
+            if (before) {
+                const int own = count_different(now, empty);
+                worst = std::max(worst, 1.0 * count_different(now, *before, 8) / own);
+            }
+            before = now;
+            most_drawn = std::max(most_drawn, scene.counts().triangles);
+            least_drawn = std::min(least_drawn, scene.counts().triangles);
+        }
+        std::printf("%s: from %zu to %zu triangles, at most %.2f %% of its pixels by > 8 a frame\n",
+                    name, most_drawn, least_drawn, 100.0 * worst);
+        EXPECT_GE(most_drawn, mesh.triangles.size() / 2);
+        EXPECT_LE(least_drawn, 2u) << "an impostor";
+        EXPECT_LE(worst, 0.02);
+    }
 }
 
 }  // namespace impostor_test
