@@ -29,7 +29,7 @@ const float kSharperRipples = -1.0;
 // Water below the ground that was drawn, metres: the sea of a raster has no bottom. Set by ground().
 float extra_depth = 0.0;
 // Depth of such a sea, the height above its level up to which ground is the sea, and the slope from which it is not.
-const float kSeaDepth = 30.0, kSeaHeight = 0.02, kSeaSlope = 0.006;
+const float kSeaDepth = 30.0, kSeaHeight = 0.01, kSeaSlope = 0.0015;
 // Repeats of the two layers of waves within the noise's period, and factor of the sum of their slopes.
 const float kWaves = 3.0, kShortWaves = 8.0, kWaveSlope = 0.22;
 // Depth over which the surface becomes opaque, and up to which there is foam, metres.

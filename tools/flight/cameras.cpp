@@ -156,25 +156,33 @@ constexpr double kClearanceShare = 0.05;   // least height above ground, relativ
 constexpr double kTurn = 0.08;             // angular velocity around the target, rad/s
 constexpr double kLag = 0.7;               // time constant of the camera, seconds
 
-// Mean position of the bodies that have not left the world, or of all bodies if all have left it.
-WorldPos find_middle(std::span<const BodyState> bodies) {
-    WorldPos sum = WorldPos::Zero(), sum_of_all = WorldPos::Zero();
-    std::size_t count = 0;
+// Mean position and velocity of the bodies that move on the terrain, or of all if there are none.
+struct Middle {
+    WorldPos place = WorldPos::Zero();
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  // m/s
+};
+Middle find_middle(std::span<const BodyState> bodies) {
+    const auto moves = [](const BodyState& body) {
+        return body.condition != BodyCondition::left_world &&
+               body.condition != BodyCondition::fixed && body.condition != BodyCondition::removed;
+    };
+    const bool is_any = std::ranges::any_of(bodies, moves);
+    Middle middle;
+    double count = 0.0;
     for (const BodyState& body : bodies) {
-        sum_of_all += body.pose.translation;
-        if (body.condition == BodyCondition::left_world) continue;
-        sum += body.pose.translation;
+        if (is_any && !moves(body)) continue;
+        middle.place += body.pose.translation;
+        middle.velocity += body.velocity;
         ++count;
     }
-    return count > 0 ? WorldPos(sum / static_cast<double>(count))
-                     : WorldPos(sum_of_all / static_cast<double>(bodies.size()));
+    return {middle.place / count, middle.velocity / count};
 }
 
 }  // namespace
 
 DropCamera::DropCamera(std::shared_ptr<const HeightSource> source,
                        std::span<const BodyState> bodies)
-    : source_(std::move(source)), target_world_(find_middle(bodies)) {
+    : source_(std::move(source)), target_world_(find_middle(bodies).place) {
     double square = 0.0;
     for (const BodyState& body : bodies) {
         square += (body.pose.translation - target_world_).squaredNorm();
@@ -207,10 +215,14 @@ WorldPos DropCamera::clear_of_ground(WorldPos eye, double clearance) const {
 void DropCamera::follow(std::span<const BodyState> bodies, double dt) {
     const double share = dt / (dt + kLag);
     heading_ += kTurn * dt;
-    target_world_ += share * (find_middle(bodies) - target_world_);
-    const WorldPos before = eye_world_;
+    // moves with the bodies, so that steady motion leaves no distance behind
+    const Middle middle = find_middle(bodies);
+    motion_ += share * (middle.velocity - motion_);
+    target_world_ += dt * motion_;
+    target_world_ += share * (middle.place - target_world_);
+    const WorldPos before = eye_world_, moved = before + dt * motion_;
     const WorldPos wanted = find_eye();
-    eye_world_ = clear_of_ground(before + share * (wanted - before), kClearanceShare);
+    eye_world_ = clear_of_ground(moved + share * (wanted - moved), kClearanceShare);
     velocity_ = (eye_world_ - before) / dt;
 }
 

@@ -77,7 +77,8 @@ private:
     Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
 };
 
-/// A camera that looks at the mean position of many bodies, circles slowly around it, and stays above the ground.
+/// A camera that looks at the mean position of the bodies that move, circles slowly around it, and stays above the
+/// ground.
 class DropCamera {
 public:
     /// @param bodies at the start, at least one; their spread sets the distance of the camera
@@ -98,6 +99,7 @@ private:
     std::shared_ptr<const HeightSource> source_;
     double distance_ = 0.0;  // metres from the target
     double heading_ = 0.0;   // direction from the target to the eye, radians from east
+    Eigen::Vector3d motion_ = Eigen::Vector3d::Zero();  // smoothed velocity of the bodies, m/s
     WorldPos target_world_ = WorldPos::Zero();
     WorldPos eye_world_ = WorldPos::Zero();
     Eigen::Vector3d velocity_ = Eigen::Vector3d::Zero();
