@@ -83,6 +83,13 @@ TEST(ReadNodes, AreShownByTheFieldOnTheGround) {
     EXPECT_NEAR(static_cast<double>(draws.particles.size()), 50.0, 1.0);
     EXPECT_NEAR(draws.instances[0].offset_eye[1], 40.0f, 1e-3f);
     EXPECT_NEAR(draws.instances[0].offset_eye[2], 2.0f - 10.0f, 1e-3f) << "twice a metre up";
+    const std::size_t before = field.buried().size();
+    ASSERT_TRUE(field.add_nodes(read(R"([{"position":[0,0,-9000],"sphere":{"radius":2}},
+                 {"position":[0,0,-9000],"sphere":{"radius":20000}}])")
+                                    .value(),
+                                *source, nullptr));
+    ASSERT_EQ(field.buried().size(), before + 1) << "the other one is too large";
+    EXPECT_EQ(field.buried().back().find("nodes[0] is "), 0u) << field.buried().back();
     const Result<void> nowhere = field.add_nodes(
         read(R"([{"position":[1e9,0,0],"on_ground":true}])").value(), *source, nullptr);
     ASSERT_FALSE(nowhere);
@@ -245,7 +252,7 @@ TEST(ReadNodes, NameWhatTheyRefuse) {
     EXPECT_EQ(error_of(R"([{"position":[0,0,0],"sphere":{"radius":1},"colour":[1,2,1]}])"),
               "nodes[0].colour must be 0 to 1, got [1,2,1]");
     EXPECT_EQ(error_of(R"([{"position":[0,0,0],"children":[{"on_ground":true}]}])"),
-              "nodes[0].children[0].on_ground goes with nodes that are nobody's children");
+              "nodes[0].children[0].on_ground goes only with nodes without a parent");
     EXPECT_EQ(error_of(R"([{"position":[0,0,0],"emitter":{"per_s":"many"}}])"),
               "nodes[0].emitter.per_s must be a number, got \"many\"");
     std::string deep = R"([{"position":[0,0,0]}])";

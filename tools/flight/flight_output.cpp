@@ -2,6 +2,7 @@
 #include "flight/flight_output.h"
 
 #include "flight/report.h"
+#include "program/summary.h"
 
 #include <fmt/format.h>
 
@@ -54,6 +55,14 @@ Result<std::unique_ptr<ObjectField>> FlightOutput::make_objects(const Terrain& t
                                     renderer()));
     if (terrain.nodes != nullptr) {
         TERRANE_TRY(field.add_nodes(*terrain.nodes, *terrain.source, renderer()));
+        // volumes may open the ground there
+        if (terrain.volumes == nullptr && !field.buried().empty()) {
+            print_note(fmt::format(
+                "{}{}; \"on_ground\": true counts z from the ground", field.buried()[0],
+                field.buried().size() > 1
+                    ? fmt::format(", and {} more nodes are below it", field.buried().size() - 1)
+                    : ""));
+        }
     }
     return std::make_unique<ObjectField>(std::move(field));
 }

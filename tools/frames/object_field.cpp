@@ -7,6 +7,8 @@
 #include <terrane/render/upload_levels.h>
 #include <terrane/scene/culling.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -212,6 +214,24 @@ Result<std::vector<NodeId>> ObjectField::add_subtree(const SceneNodes& nodes, st
     return ids;
 }
 
+namespace {
+
+// Depth of the top of a box below the ground at its corners and its middle, metres; 0 if it is above the ground at one.
+double depth_below(const Aabb& box, const HeightSource& source) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const double east : {0.0, 0.5, 1.0}) {
+        for (const double north : {0.0, 0.5, 1.0}) {
+            const Eigen::Vector3d size = box.high - box.low;
+            const double ground =
+                source.height(box.low.x() + east * size.x(), box.low.y() + north * size.y());
+            least = std::min(least, ground - box.high.z());
+        }
+    }
+    return std::isfinite(least) ? std::max(least, 0.0) : 0.0;
+}
+
+}  // namespace
+
 Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource& source,
                                     TerrainRenderer* renderer) {
     TERRANE_TRY(const NodeModels models, add_node_models(nodes, renderer, true));
@@ -232,7 +252,11 @@ Result<void> ObjectField::add_nodes(const SceneNodes& nodes, const HeightSource&
             }
             p.z() += height;
         }
-        TERRANE_TRY(add_subtree(nodes, i, models, scene_.root(), place));
+        TERRANE_TRY(const auto ids, add_subtree(nodes, i, models, scene_.root(), place));
+        const std::optional<Aabb> bounds = scene_.bounds_world(ids[0]);
+        const double depth = bounds ? depth_below(*bounds, source) : 0.0;
+        if (depth > 0.0)
+            buried_.push_back(fmt::format("{} is {:.3g} m below the ground", node.path, depth));
     }
     return {};
 }

@@ -161,6 +161,8 @@ public:
 
     /// Counts of the last frame; before end_frame() only the counts of occlusion are valid.
     const ObjectCounts& counts() const { return counts_; }
+    /// A note about each node of add_nodes() that is below the heightfield as a whole.
+    std::span<const std::string> buried() const { return buried_; }
 
 private:
     /// A scatter and its squares in the scene.
@@ -195,6 +197,7 @@ private:
     std::size_t pending_ = 0;             // squares requested and not taken
     std::vector<MadeSquare> made_;        // scratch
     ObjectCounts counts_;
+    std::vector<std::string> buried_;
 };
 
 }  // namespace terrane::tools

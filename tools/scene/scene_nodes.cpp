@@ -262,9 +262,8 @@ public:
                 return wrong(path + ".on_ground must be true or false, got " + shown(*found));
             node.is_on_ground = found->get<bool>();
             if (node.is_on_ground && !is_in_world)
-                return wrong(path + (parent
-                                         ? ".on_ground goes with nodes that are nobody's children"
-                                         : ".on_ground does not go with the node of a body"));
+                return wrong(path + (parent ? ".on_ground goes only with nodes without a parent"
+                                            : ".on_ground does not go with the node of a body"));
         }
         TERRANE_TRY(read_content(value, path, node));
         const std::size_t index = made.nodes.size();
