@@ -275,6 +275,36 @@ TEST(VehicleForms, OfThePresetsHaveFewTriangles) {
     }
 }
 
+TEST(VehicleForms, OfTrucksHaveOneFaceAtEachPlaceOfTheirTailgate) {
+    for (const VehicleSettings& settings : {make_truck(), make_six_wheeler()}) {
+        const TriangleMesh mesh = make_vehicle_form(settings).value().body.mesh;
+        const Vector3d h = settings.chassis_half_extents;
+        // seen from behind, in the rear plane of the chassis
+        std::vector<std::array<Vector3d, 3>> faces;
+        for (const TriangleMesh::Triangle& t : mesh.triangles) {
+            const std::array p{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+            const auto is_rear = [&](const Vector3d& q) { return std::abs(q.x() + h.x()) < 1e-6; };
+            const double front = (p[1] - p[0]).cross(p[2] - p[0]).x();
+            if (std::ranges::all_of(p, is_rear) && front < 0.0) faces.push_back(p);
+        }
+        const auto covers = [](const std::array<Vector3d, 3>& p, const Vector3d& q) {
+            for (std::size_t i = 0; i < 3; ++i) {
+                if ((p[(i + 1) % 3] - p[i]).cross(q - p[i]).x() >= 0.0) return false;
+            }
+            return true;
+        };
+        EXPECT_GT(faces.size(), 0u);
+        for (double y = -0.997; y < 1.0; y += 0.01) {
+            for (double z = -0.997; z < 1.0; z += 0.01) {
+                const Vector3d q(-h.x(), y * h.y(), z * h.z());
+                ASSERT_LE(std::ranges::count_if(faces, [&](const auto& p) { return covers(p, q); }),
+                          1)
+                    << y << " " << z;
+            }
+        }
+    }
+}
+
 TEST(VehicleForms, HaveWheelsOfTheirRadius) {
     for (const auto& [name, settings] : cases()) {
         const VehicleForm form = make_vehicle_form(settings).value();

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Makes the meshes and the scene of a village: make_village.py FOLDER writes village.json, its .obj files and the pictures of
-its sprites and its smoke there; with --check it only compares them with the files of the folder.
+"""Makes the meshes and the scene of a village: make_village.py FOLDER writes village.json, its .obj files, the pictures of
+its sprites and its smoke, and the path village.csv there; with --check it only compares them with the files of the folder.
 
 All meshes stand on z = 0, z up, in metres, and have a colour for each vertex. The same bytes on every run.
 """
@@ -258,6 +258,28 @@ def village(x, y):
     return nodes
 
 
+def street_path(x, y, seconds):
+    """A track that comes uphill from the west, joins the street through (x, y) in an arc and follows its middle at a steady speed."""
+    start, end, cut = (x - 160, y - 60), (x + 80, y), 24
+    turn = math.atan2(0.7, 1)  # the street is reached at this angle
+    corner = start[0] + (y - start[1]) / 0.7
+    radius = cut / math.tan(turn / 2)
+    slope, arc = math.hypot(corner - start[0], y - start[1]) - cut, radius * turn
+    speed = (slope + arc + end[0] - corner - cut) / seconds
+    lines = ["time_s,x_m,y_m"]
+    for time in range(seconds + 1):
+        way = speed * time
+        if way < slope:
+            p = start[0] + way * math.cos(turn), start[1] + way * math.sin(turn)
+        elif way < slope + arc:
+            left = turn - (way - slope) / radius
+            p = corner + cut - radius * math.sin(left), y - radius * (1 - math.cos(left))
+        else:
+            p = corner + cut + way - slope - arc, y
+        lines.append(f"{time},{p[0]:.1f},{p[1]:.1f}")
+    return "\n".join(lines) + "\n"
+
+
 def main():
     arguments = sys.argv[1:]
     checks = arguments[:1] == ["--check"]
@@ -278,6 +300,7 @@ def main():
     files = {f"{name}.obj": mesh.text(title).encode() for name, (mesh, title) in meshes.items()}
     files["linden.png"] = meshes["linden"][0].picture(6.4, 8, 64, 80)
     files["smoke.png"] = puff(64, 5)
+    files["village.csv"] = street_path(2800, 200, 16).encode()
     files["village.json"] = ("{\n    " + json.dumps(scene)[1:-1] + ",\n    \"nodes\": [\n" + nodes + "\n    ]\n}\n").encode()
     for name, content in files.items():
         if not checks:

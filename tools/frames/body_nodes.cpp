@@ -31,35 +31,42 @@ Result<TriangleMesh> make_chassis_proxy(const VehicleSettings& settings) {
     return make_shape_mesh(Shape(compound));
 }
 
+// Exhaust whose puffs overlap up to 25 m/s. exhaust_strength() sets its opacity.
+//
 // @param direction in which it leaves, in the chassis's frame
 EmitterNode make_exhaust(const Eigen::Vector3d& direction) {
     EmitterNode smoke;
-    smoke.rate = 30.0;
+    smoke.rate = 120.0;
     smoke.life = {0.6, 1.4};
     smoke.source_radius = 0.03;
     smoke.velocity = 1.2 * direction;
     smoke.velocity_spread = 0.25;
     smoke.drag_time = 0.5;
     smoke.acceleration = {0.0, 0.0, 0.6};
-    smoke.radius = {0.06, 0.5};
-    smoke.colours = {{{0.30f, 0.30f, 0.31f, 0.35f}, {0.50f, 0.50f, 0.50f, 0.0f}}};
-    smoke.most_particles = 64;
+    smoke.radius = {0.08, 0.6};
+    smoke.colours = {{{0.30f, 0.30f, 0.31f, 0.30f}, {0.50f, 0.50f, 0.50f, 0.0f}}};
+    smoke.most_particles = 168;
     smoke.start = 0.0;
     return smoke;
 }
 
-// Dust behind a wheel. dust_strength() sets its opacity.
+// At speed the puffs of a second lie along more metres, so that they are more opaque.
+float exhaust_strength(const VehicleState& state) {
+    return static_cast<float>(std::min(0.25 + state.chassis.velocity.norm() / 20.0, 1.0));
+}
+
+// Dust behind a wheel, lighter than dry ground. dust_strength() sets its opacity.
 EmitterNode make_dust(std::size_t wheel, double radius) {
     EmitterNode dust;
-    dust.rate = 30.0;
+    dust.rate = 60.0;
     dust.life = {0.8, 2.0};
     dust.source_radius = 0.3 * radius;
-    dust.velocity = {0.0, 0.0, 0.7};
-    dust.velocity_spread = 0.7;
+    dust.velocity = {0.0, 0.0, 0.9};
+    dust.velocity_spread = 0.9;
     dust.drag_time = 0.6;
-    dust.radius = {0.4 * radius, 2.5 * radius};
-    dust.colours = {{{0.62f, 0.54f, 0.42f, 0.28f}, {0.66f, 0.60f, 0.50f, 0.0f}}};
-    dust.most_particles = 64;
+    dust.radius = {0.6 * radius, 4.5 * radius};
+    dust.colours = {{{0.84f, 0.74f, 0.58f, 0.34f}, {0.88f, 0.81f, 0.69f, 0.0f}}};
+    dust.most_particles = 120;
     dust.seed = wheel + 1;
     dust.start = 0.0;
     return dust;
@@ -214,7 +221,9 @@ Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const Vehic
         TERRANE_TRY(add(*form.sprocket, sprocket_poses(settings, state).size(), made.sprockets));
     if (!shows_proxies_) {
         Scene& scene = field_->scene();
-        TERRANE_TRY(scene.add(made.body.node, {.parent_from_node = {.translation = form.exhaust}},
+        made.exhaust_direction = form.exhaust_direction;
+        TERRANE_TRY(made.exhaust,
+                    scene.add(made.body.node, {.parent_from_node = {.translation = form.exhaust}},
                               make_exhaust(form.exhaust_direction)));
         for (std::size_t i = 0; i < state.wheels.size(); ++i) {
             TERRANE_TRY(const NodeId dust,
@@ -226,8 +235,13 @@ Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const Vehic
     return {};
 }
 
-Result<void> BodyNodes::show_dust(const VehicleSettings& settings, const VehicleState& state) {
+Result<void> BodyNodes::show_smoke(const VehicleSettings& settings, const VehicleState& state) {
     Scene& scene = field_->scene();
+    if (vehicle_->exhaust) {
+        EmitterNode smoke = make_exhaust(vehicle_->exhaust_direction);
+        smoke.strength = exhaust_strength(state);
+        TERRANE_TRY(scene.set_content(*vehicle_->exhaust, std::move(smoke)));
+    }
     for (std::size_t i = 0; i < vehicle_->dust.size(); ++i) {
         const WheelState& wheel = state.wheels[i];
         const WorldPos below =
@@ -252,7 +266,7 @@ Result<void> BodyNodes::show(const VehicleSettings& settings, const VehicleState
         TERRANE_TRY(place(vehicle_->links, track_link_poses(settings, state)));
         TERRANE_TRY(place(vehicle_->sprockets, sprocket_poses(settings, state)));
     }
-    return show_dust(settings, state);
+    return show_smoke(settings, state);
 }
 
 Result<void> BodyNodes::show(const CharacterSettings& settings, const Pose& pose_world,

@@ -83,6 +83,8 @@ private:
     struct Vehicle {
         Part body;
         std::vector<Part> wheels, links, sprockets;
+        std::optional<NodeId> exhaust;  // none for proxies
+        Eigen::Vector3d exhaust_direction = Eigen::Vector3d::Zero();
         std::vector<NodeId> dust;  // [wheels]
     };
 
@@ -94,7 +96,7 @@ private:
     Result<void> place(std::vector<Part>& parts, std::span<const Pose> poses_world);
     Result<void> place(Part& part, const Pose& pose_world, const Tint& tint);
     Result<void> add_vehicle(const VehicleSettings& settings, const VehicleState& state);
-    Result<void> show_dust(const VehicleSettings& settings, const VehicleState& state);
+    Result<void> show_smoke(const VehicleSettings& settings, const VehicleState& state);
 
     ObjectField* field_;
     TerrainRenderer* renderer_;

@@ -316,15 +316,20 @@ private:
         builder_.set_paint(FormMaterial::paint, paint());
         add_side(rear, front, at_wall, outer, upper, true);
         builder_.set_paint(FormMaterial::paint, mixed(paint(), kBlack, 0.35));
-        add_side(rear, front, inner, at_wall, house, false);
+        // behind the tailgate's outer face, which it would otherwise share
+        add_side(rear + lip_, front, inner, at_wall, house, false);
         builder_.add_box({rear + lip_, -inner_, sill_}, {front, inner_, floor});
+        add_wheel_houses(rear + lip_, front, floor, house);
         // tailgate and front wall
         const double thick = 0.16 * h_.z();
         builder_.set_paint(FormMaterial::paint, paint());
         builder_.add_box({rear, -wall, sill_ + 0.3 * (floor - sill_)}, {rear + thick, wall, h_.z()},
                          0.25 * thick);
         builder_.add_box({front - thick, -wall, floor}, {front, wall, h_.z()}, 0.25 * thick);
-        // planks
+        // planks over a dark sheet
+        builder_.set_paint(FormMaterial::matt, kBlack);
+        builder_.add_box({rear + thick, -0.99 * inner_, floor - 0.02 * h_.z()},
+                         {front - thick, 0.99 * inner_, floor + 0.01 * h_.z()});
         const int planks = 7;
         for (int k = 0; k < planks; ++k) {
             const double pitch = 2.0 * inner_ / planks, y = -inner_ + (k + 0.04) * pitch;
@@ -334,6 +339,21 @@ private:
                              {front - thick, y + 0.92 * pitch, floor + 0.05 * h_.z()});
         }
         add_spare_wheel(rear, front, floor + 0.05 * h_.z());
+    }
+
+    /// Closes the arches towards the bed, up to the middle of the edge above them.
+    template <class House>
+    void add_wheel_houses(double from, double to, double floor, const House& house) {
+        if (to - from < 1e-3 * h_.x()) return;
+        const std::size_t first = builder_.vertex_count();
+        std::vector<Polygon3> sections;
+        for (const double x : stations(from, to)) {
+            const double y0 = inner_ + 0.05 * lip_, y1 = inner_ + 0.15 * lip_;
+            const double z0 = floor - 0.2 * h_.z(), z1 = house(x) - 0.05 * h_.z();
+            sections.push_back({{x, y0, z0}, {x, y1, z0}, {x, y1, z1}, {x, y0, z1}});
+        }
+        builder_.add_loft(sections);
+        builder_.mirror_since(first);
     }
 
     /// Adds a spare wheel that lies in the bed, and a tool box, if they fit below its edge.
