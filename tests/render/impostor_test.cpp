@@ -48,7 +48,7 @@ double mean_difference(const Image& a, const Image& b) {
     return sum / static_cast<double>(a.rgb.size());
 }
 
-// TERRANE_LONG=1 prints the table of docs/scenes.md.
+// TERRANE_LONG=1 prints the table of docs/objects.md.
 TEST_F(ImpostorTest, ItsErrorIsMeasuredAndGivesTheSizeAtWhichItTakesOver) {
     constexpr int kSide = 136;
     TerrainRenderer renderer = TerrainRenderer::create(*context_, kSide, kSide, {}).value();

@@ -372,7 +372,7 @@ TEST(CullTree, FindsWhatEveryBoxOnItsOwnFinds) {
     for (std::uint64_t seed = 0; seed < 100; ++seed) compare_views(seed, 30);
 }
 
-// TERRANE_VIEWS=1000000 is the long run: see docs/scenes.md.
+// TERRANE_VIEWS=1000000 is the long run: see docs/objects.md.
 TEST(CullTree, NeverDropsWhatIsInViewOverRandomViews) {
     const int views = test::number_from("TERRANE_VIEWS", 2000);
     Random random(7);
