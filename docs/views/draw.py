@@ -163,6 +163,7 @@ def main():
     parser.add_argument("--sheet", type=pathlib.Path)
     parser.add_argument("--measure", action="store_true")
     options = parser.parse_args()
+    options.data = options.data.resolve()  # scenes in other folders name its files
     options.out.mkdir(parents=True, exist_ok=True)
     views = find_views(options.data)
     unknown = set(options.only) - {view.name for view in views}
