@@ -7,14 +7,17 @@ namespace terrane::internal {
 namespace {
 
 // Capabilities that are off while the renderer draws, except where it enables them itself.
-constexpr std::array<GLenum, 21> kFlags = {
+constexpr std::array<GLenum, 29> kFlags = {
     GL_CULL_FACE,           GL_COLOR_LOGIC_OP,      GL_DEPTH_CLAMP,
     GL_DEPTH_TEST,          GL_FRAMEBUFFER_SRGB,    GL_LINE_SMOOTH,
     GL_POLYGON_OFFSET_FILL, GL_POLYGON_OFFSET_LINE, GL_POLYGON_OFFSET_POINT,
     GL_POLYGON_SMOOTH,      GL_PRIMITIVE_RESTART,   GL_PRIMITIVE_RESTART_FIXED_INDEX,
     GL_PROGRAM_POINT_SIZE,  GL_RASTERIZER_DISCARD,  GL_SAMPLE_ALPHA_TO_COVERAGE,
     GL_SAMPLE_ALPHA_TO_ONE, GL_SAMPLE_COVERAGE,     GL_SAMPLE_MASK,
-    GL_SAMPLE_SHADING,      GL_SCISSOR_TEST,        GL_STENCIL_TEST};
+    GL_SAMPLE_SHADING,      GL_SCISSOR_TEST,        GL_STENCIL_TEST,
+    GL_CLIP_DISTANCE0,      GL_CLIP_DISTANCE1,      GL_CLIP_DISTANCE2,
+    GL_CLIP_DISTANCE3,      GL_CLIP_DISTANCE4,      GL_CLIP_DISTANCE5,
+    GL_CLIP_DISTANCE6,      GL_CLIP_DISTANCE7};
 
 struct Store {
     GLenum name;
@@ -71,6 +74,7 @@ HostState::HostState(bool is_needed) : is_needed_(is_needed) {
     for (const Store& store : kStores) glPixelStorei(store.name, store.initial);
     for (const Target& each : kBuffers) glBindBuffer(each.target, 0);
     for (GLuint unit = 0; unit < kUnits; ++unit) glBindSampler(unit, 0);
+    glEnable(GL_MULTISAMPLE);
     glDisable(GL_BLEND);
     glBlendEquation(GL_FUNC_ADD);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
@@ -91,6 +95,7 @@ void HostState::keep() {
     for (const GLenum flag : kFlags) flags_.push_back(glIsEnabled(flag) == GL_TRUE);
     for (const Store& store : kStores) stores_.push_back(integer(store.name));
     for (const Target& each : kBuffers) buffers_.push_back(integer(each.binding));
+    is_multisampled_ = glIsEnabled(GL_MULTISAMPLE) == GL_TRUE;
     unit_ = integer(GL_ACTIVE_TEXTURE);
     for (GLuint unit = 0; unit < kUnits; ++unit) {
         glActiveTexture(GL_TEXTURE0 + unit);
@@ -141,6 +146,7 @@ void HostState::keep() {
 
 void HostState::restore() const {
     for (std::size_t i = 0; i < kFlags.size(); ++i) set(kFlags[i], flags_[i]);
+    set(GL_MULTISAMPLE, is_multisampled_);
     for (std::size_t i = 0; i < kStores.size(); ++i) glPixelStorei(kStores[i].name, stores_[i]);
     for (GLuint unit = 0; unit < kUnits; ++unit) {
         glActiveTexture(GL_TEXTURE0 + unit);

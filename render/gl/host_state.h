@@ -39,7 +39,7 @@ private:
     void keep();
     void restore() const;
 
-    bool is_needed_;
+    bool is_needed_, is_multisampled_ = true;
     std::vector<bool> flags_;      // in the order of kFlags in host_state.cpp
     std::vector<GLint> stores_;    // of pixels, likewise
     std::vector<GLint> textures_;  // [kUnits * targets of textures], likewise

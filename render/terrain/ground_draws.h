@@ -138,8 +138,8 @@ public:
 private:
     // Bit i: the chunk is in list i. List 0 is for the view, list 1 + i for cascade i.
     using Lists = std::uint8_t;
-    // A chunk of the mesh and its slot, and its casters among the indices of the mesh and those of back_indices_ behind
-    // them.
+    // A chunk of the mesh with its slot. Its shadow casters are caster_count indices from first_caster on; indices of
+    // the mesh come first, and back_indices_ follow.
     struct ChunkDraw {
         const MeshChunk* mesh = nullptr;
         const ChunkSlot* slot = nullptr;

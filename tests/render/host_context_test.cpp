@@ -158,6 +158,7 @@ public:
         return values;
     }
 
+    GLuint framebuffer() const { return target_.name(); }
     void clear() const { glClear(GL_COLOR_BUFFER_BIT); }
     void draw_triangle() const { glDrawArrays(GL_TRIANGLES, 0, 3); }
     std::vector<std::uint8_t> pixels() const {
@@ -185,6 +186,7 @@ private:
                  GL_PRIMITIVE_RESTART, GL_SCISSOR_TEST, GL_STENCIL_TEST}) {
             glEnable(flag);
         }
+        glDisable(GL_MULTISAMPLE);
         glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_COLOR);
         glBlendEquation(GL_FUNC_REVERSE_SUBTRACT);
         glBlendEquationSeparatei(0, GL_FUNC_ADD, GL_MAX);
@@ -216,9 +218,9 @@ private:
 class HostContextTest : public test::GlTest {
 protected:
     // A renderer with everything that binds state.
-    static Result<TerrainRenderer> make_renderer(GlContext& context) {
+    static Result<TerrainRenderer> make_renderer(GlContext& context, int sample_count = 1) {
         return TerrainRenderer::create(context, kWidth, kHeight,
-                                       {.sample_count = 1,
+                                       {.sample_count = sample_count,
                                         .shadow_distance = 300.0,
                                         .sun_radius = 0.005,
                                         .atmosphere = true,
@@ -266,7 +268,9 @@ TEST_F(HostContextTest, EveryCallLeavesTheStateOfTheHost) {
             {"read", [&] { return renderer->read().width == kWidth; }},
             {"present",
              [&] {
-                 return renderer->present({.width_px = 20, .height_px = 20}).has_value() || true;
+                 return renderer
+                     ->present({.framebuffer = host.framebuffer(), .width_px = 20, .height_px = 20})
+                     .has_value();
              }},
             {"remove_impostor", [&] { return (renderer->remove_impostor(impostor), true); }},
             {"remove_mesh", [&] { return (renderer->remove_mesh(mesh), true); }},
@@ -280,12 +284,12 @@ TEST_F(HostContextTest, EveryCallLeavesTheStateOfTheHost) {
 
 TEST_F(HostContextTest, TheHostsPictureAndOursAreThoseOfContextsOfTheirOwn) {
     const test::Scene scene = test::make_scene();
-    Image alone;
-    {
-        TerrainRenderer renderer = *make_renderer(*context_);
-        ASSERT_TRUE(renderer.draw(scene.mesh(), view_));
-        alone = renderer.read();
-    }
+    const auto picture_of = [&](TerrainRenderer renderer) {
+        EXPECT_TRUE(renderer.draw(scene.mesh(), view_));
+        return renderer.read();
+    };
+    const Image alone = picture_of(*make_renderer(*context_));
+    const Image multisampled = picture_of(*make_renderer(*context_, 4));
     const Host host;
     host.clear();
     host.draw_triangle();
@@ -299,6 +303,7 @@ TEST_F(HostContextTest, TheHostsPictureAndOursAreThoseOfContextsOfTheirOwn) {
     TerrainRenderer renderer = *make_renderer(context);
     ASSERT_TRUE(renderer.draw(scene.mesh(), view_));
     EXPECT_EQ(renderer.read().rgb, alone.rgb);
+    EXPECT_EQ(picture_of(*make_renderer(context, 4)).rgb, multisampled.rgb);
     // into the upper right of a larger framebuffer
     GlTexture shown = internal::make_texture_2d();
     glTextureStorage2D(shown.name(), 1, GL_RGBA8, 2 * kWidth, 2 * kHeight);

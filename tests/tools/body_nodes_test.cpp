@@ -237,7 +237,7 @@ TEST_F(BodyNodesTest, ABodyMovesTheSubtreeOfItsNode) {
     state.pose.translation = {0.0, 0.0, 23.0};
     const SceneDraws turned = show(1.0);
     EXPECT_EQ(turned.instances[0].offset_eye, (std::array<float, 3>{20.0f, 2.0f, 3.0f}));
-    // smoke leaves the top of the box as it is now, and remains where it was
+    // new smoke starts where the emitter is now
     const SceneDraws later = show(1.2);
     float nearest = 100.0f;
     for (const Particle& p : later.particles) {

@@ -131,7 +131,7 @@ TEST(ReadNodes, ASpriteIsAPictureBelowABillboard) {
         EXPECT_EQ(board->axis == BillboardNode::Axis::up, axis == std::string("up"));
         EXPECT_EQ(nodes->nodes[1].parent, 0u);
         ASSERT_EQ(nodes->materials[0].size(), 1u);
-        // the light of a sprite is that of level ground
+        // the normals of an upright sprite point up: it is lit as level ground is
         EXPECT_EQ(nodes->meshes[0].normals[0].dot(Eigen::Vector3f::UnitZ()),
                   axis == std::string("up") ? 1.0f : 0.0f);
         EXPECT_EQ(nodes->materials[0][0].colour_texture.image->width, 1);

@@ -105,8 +105,8 @@ std::array<double, 3> place_of(const BodyState& state) {
     return {p.x(), p.y(), p.z()};
 }
 
-// Makes bodies of a world look like those of the scene. The scene's bodies are in the world in their order; others may
-// be between them and `first`, if the world was restored. Each is the next one of its shape.
+// Gives bodies of a world the nodes of the scene's bodies. The world has them in the scene's order; if it was restored,
+// other bodies may be between them. A node therefore goes to the next body, from `first` on, that has its body's shape.
 void set_nodes(std::span<const PlacedBody> of_scene, const World& world, std::size_t first,
                BodyNodes& nodes) {
     const auto settings = world.settings();

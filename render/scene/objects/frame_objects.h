@@ -38,7 +38,7 @@ public:
     /// Number of objects that are not drawn at the least threshold. If this holds for a whole group, all its objects
     /// count, in view or not.
     std::size_t left_out() const { return left_out_; }
-    /// Number of objects hidden by the ground, with those of hidden groups that are out of view.
+    /// Number of objects hidden by the ground. All objects of a hidden group count, in view or not.
     std::size_t occluded() const { return occluded_; }
 
     /// Counts the factors of each model's objects. @param counts_out [models]

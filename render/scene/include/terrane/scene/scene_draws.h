@@ -69,7 +69,7 @@ struct StreamedDraw {
 struct Particle {
     std::array<float, 3> offset_eye{};  ///< centre minus the eye, world axes, metres
     float radius = 1.0f;                ///< metres; half the side of an image
-    /// Red, green, blue with display gamma; opacity at the centre. Factors of those of an image.
+    /// Red, green, blue with display gamma, and opacity at the centre; they multiply colour and opacity of an image.
     std::array<float, 4> colour{1.0f, 1.0f, 1.0f, 1.0f};
     float turn = 0.0f;  ///< rotation of the image in the picture, radians, counter-clockwise
     ParticleImageId image = ParticleImageId::soft_disc;  ///< of the renderer
