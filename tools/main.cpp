@@ -58,6 +58,7 @@ int run(int argument_count, char** arguments) {
     CommandContext context;
     add_info_command(app, context);
     add_fly_command(app, context);
+    add_view_command(app, context);
     add_mesh_command(app, context);
     add_query_command(app, context);
     add_drop_command(app, context);

@@ -16,7 +16,7 @@ namespace terrane::internal {
 
 // The text of the files in shaders/.
 extern const std::string_view light_glsl, haze_glsl, atmosphere_glsl;
-extern const std::string_view terrain_vert, depth_frag, line_frag;
+extern const std::string_view terrain_vert, depth_frag, line_frag, ground_mark_frag;
 extern const std::string_view shade_vert, shade_frag, smooth_frag, block_glsl, block_frag;
 extern const std::string_view solid_vert, solid_frag;
 extern const std::string_view coverage_glsl, instance_vert, instance_frag;

@@ -13,6 +13,12 @@ layout(std430, binding = 0) readonly buffer Offsets { float offsets[]; };
 
 out vec3 p_eye;
 
+#ifdef MARKED
+layout(location = 3) in vec4 mark;  // per chunk: see ground_mark.frag
+
+flat out vec4 chunk_mark;
+#endif
+
 invariant gl_Position;
 
 const int kSamples = 129;
@@ -28,5 +34,8 @@ void main() {
     // added last, so that samples that do not morph keep their bits
     place_eye.z += offset;
     p_eye = place_eye;
+#ifdef MARKED
+    chunk_mark = mark;
+#endif
     gl_Position = frame.clip_from_eye * vec4(place_eye, 1.0);
 }

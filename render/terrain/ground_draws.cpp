@@ -237,6 +237,9 @@ GlVertexArray make_layout() {
         glVertexArrayAttribIFormat(name, attribute, 4, GL_INT, 16 * (attribute - 1));
         glVertexArrayAttribBinding(name, attribute, 1);
     }
+    glEnableVertexArrayAttrib(name, 3);
+    glVertexArrayAttribFormat(name, 3, 4, GL_UNSIGNED_BYTE, GL_TRUE, 32);
+    glVertexArrayAttribBinding(name, 3, 1);
     glVertexArrayBindingDivisor(name, 1, 1);
     return layout;
 }
@@ -317,6 +320,7 @@ void GroundDraws::write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte*
             offset_byte = first_offset_byte = align(offset_byte);
         }
         ChunkAttributes attributes = make_attributes(*chunk.chunk, slot, eye);
+        if (mark_of_) attributes.mark = mark_of_(chunk);
         if (chunk.offsets != nullptr) {
             attributes.first_offset =
                 static_cast<std::int32_t>((offset_byte - first_offset_byte) / sizeof(float));

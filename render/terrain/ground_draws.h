@@ -11,9 +11,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace terrane::internal {
@@ -71,15 +73,19 @@ private:
     std::vector<ChunkPage> pages_;
 };
 
-/// Per-chunk input of terrain.vert: one instance of its attributes 1 and 2.
+/// A colour and an opacity, 0 to 255.
+using MarkBytes = std::array<std::uint8_t, 4>;
+
+/// Per-chunk input of terrain.vert: one instance of its attributes 1 to 3.
 struct ChunkAttributes {
     std::array<std::int32_t, 4>
         corner{};  ///< lattice index minus the eye's: x high, low, y high, low
     std::array<std::int32_t, 2> stride{};  ///< finest spacings between samples: high, low part
     std::int32_t first_vertex = 0;         ///< gl_VertexID of sample 0
     std::int32_t first_offset = -1;        ///< of sample 0 in the block of offsets; -1: no offsets
+    MarkBytes mark{};                      ///< colour drawn over the chunk
 };
-static_assert(sizeof(ChunkAttributes) == 32);
+static_assert(sizeof(ChunkAttributes) == 36);
 
 /// Which chunks of a mesh are submitted.
 enum class GroundCulling : std::uint8_t {
@@ -107,6 +113,11 @@ class GroundDraws {
 public:
     /// @param max_page_slots see ChunkPool
     explicit GroundDraws(int max_page_slots = ChunkPool::largest_page());
+
+    /// Sets the marks of the following prepare(); null: all are transparent.
+    void set_marks(std::function<MarkBytes(const MeshChunk&)> mark_of) {
+        mark_of_ = std::move(mark_of);
+    }
 
     /// Uploads a mesh for draw(), which must not be called after a failure. Chunks whose box (from their square,
     /// heights and offsets) is out of view are omitted.
@@ -177,6 +188,7 @@ private:
     std::vector<std::uint16_t> back_indices_;  // of triangles that face away from the sun
     std::vector<List> lists_;
     Layout layout_;
+    std::function<MarkBytes(const MeshChunk&)> mark_of_;
 };
 
 }  // namespace terrane::internal

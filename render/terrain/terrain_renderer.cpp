@@ -132,7 +132,7 @@ struct TerrainRenderer::State {
     RendererSettings settings;
     Framebuffer picture;
     GroundShade shade;
-    GlProgram ground, wires;
+    GlProgram ground, wires, marks;
     VolumeDraws::Program solid_ground, solid_walls, solid_wires;
     GlBuffer frame_uniforms;
     std::optional<ShadowPass> shadows;       // none without shadow_distance
@@ -141,6 +141,7 @@ struct TerrainRenderer::State {
     std::optional<GroundMaterials> materials;
     double time = 0.0;
     GroundDraws draws;
+    bool has_marks = false;
     bool is_hosted = false;  // in a host's context
     GroundCasters ground_casters = GroundCasters::all;
     VolumeDraws solids;
@@ -158,12 +159,16 @@ struct TerrainRenderer::State {
     void make_buffers();
     void draw_shadows(const FrameUniforms& uniforms, const View& view);
     void draw_walls();
+    void draw_marks();
     void draw_wires();
 };
 
 Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) {
     TERRANE_TRY(GlProgram made_ground, make_program("the terrain", terrain_vert, depth_frag));
     TERRANE_TRY(GlProgram made_wires, make_program("the wireframe", terrain_vert, line_frag));
+    TERRANE_TRY(GlProgram made_marks,
+                make_program("the marks of chunks", "#define MARKED\n" + std::string(terrain_vert),
+                             ground_mark_frag));
     TERRANE_TRY(GlProgram made_solid,
                 make_program("the ground of volumes", solid_vert, depth_frag));
     TERRANE_TRY(GlProgram made_walls, make_program("the walls of volumes", solid_vert,
@@ -175,6 +180,7 @@ Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) 
     solid_wires = VolumeDraws::Program(std::move(made_solid_wires));
     ground = std::move(made_ground);
     wires = std::move(made_wires);
+    marks = std::move(made_marks);
     return {};
 }
 
@@ -194,6 +200,16 @@ void TerrainRenderer::State::draw_walls() {
     if (solids.is_empty()) return;
     shade.bind_noise(1);
     solids.draw(VolumeDraws::Part::walls, solid_walls);
+}
+
+void TerrainRenderer::State::draw_marks() {
+    glDepthMask(GL_FALSE);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    glUseProgram(marks.name());
+    draws.draw();
+    glDisable(GL_BLEND);
+    glDepthMask(GL_TRUE);
 }
 
 void TerrainRenderer::State::draw_wires() {
@@ -312,8 +328,8 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         }
     }
     TERRANE_TRY(state.solids.prepare(mesh, eye));
-    const bool has_overlay =
-        state.settings.wireframe || !state.solids.is_empty() || !state.scene.is_empty();
+    const bool has_overlay = state.settings.wireframe || state.has_marks ||
+                             !state.solids.is_empty() || !state.scene.is_empty();
 
     const FrameUniforms uniforms =
         make_frame_uniforms(state.settings, lattice, view, eye, state.time);
@@ -346,6 +362,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         glClearColor(0.0f, 0.0f, 0.0f, 0.0f);
         glClear(GL_COLOR_BUFFER_BIT);
         state.draw_walls();
+        if (state.has_marks) state.draw_marks();
         if (state.settings.wireframe) state.draw_wires();
         state.scene.draw_solid();
         state.scene.draw_particles(state.picture);
@@ -369,6 +386,47 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                     .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
                     .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
     return {};
+}
+
+Result<void> TerrainRenderer::resize(int width_px, int height_px) {
+    State& state = *state_;
+    if (width_px == state.picture.width_px() && height_px == state.picture.height_px()) return {};
+    const HostState host(state.is_hosted);
+    const RendererSettings& settings = state.settings;
+    TERRANE_TRY(state.picture,
+                Framebuffer::create(width_px, height_px, state.picture.sample_count(),
+                                    settings.smooth_edges, settings.ground_look.has_value()));
+    return check_gl("change the size of pictures");
+}
+
+Result<void> TerrainRenderer::set_sun(const Eigen::Vector3d& sun_direction) {
+    State& state = *state_;
+    RendererSettings changed = state.settings;
+    changed.sun_direction = sun_direction;
+    TERRANE_TRY(check(changed));
+    const HostState host(state.is_hosted);
+    state.settings = std::move(changed);
+    if (state.shadows) state.shadows.emplace(state.settings);
+    if (state.sky) state.sky = std::make_unique<SkyLight>(state.settings);
+    return check_gl("move the sun");
+}
+
+void TerrainRenderer::set_wireframe(bool is_on) { state_->settings.wireframe = is_on; }
+
+void TerrainRenderer::set_ground_marks(std::function<GroundMark(const MeshChunk&)> mark_of) {
+    state_->has_marks = mark_of != nullptr;
+    if (mark_of == nullptr) {
+        state_->draws.set_marks(nullptr);
+        return;
+    }
+    state_->draws.set_marks([mark_of = std::move(mark_of)](const MeshChunk& chunk) {
+        const GroundMark mark = mark_of(chunk);
+        const auto byte = [](float value) {
+            return static_cast<std::uint8_t>(255.0f * std::clamp(value, 0.0f, 1.0f) + 0.5f);
+        };
+        return MarkBytes{byte(mark.colour.red), byte(mark.colour.green), byte(mark.colour.blue),
+                         byte(mark.opacity)};
+    });
 }
 
 Result<void> TerrainRenderer::set_time(double seconds) {

@@ -27,6 +27,7 @@ NAMES = {
     "EXPAT": ("libexpat1-dev", "expat", "expat"),
     "fmt": ("libfmt-dev", "fmt", None),
     "glfw3": ("libglfw3-dev", "glfw3", None),
+    "imgui": ("libimgui-dev", "imgui", None),
     "nlohmann_json": ("nlohmann-json3-dev", "nlohmann-json", None),
     "GTest": ("libgtest-dev", "gtest", None),
 }
@@ -67,7 +68,7 @@ def main():
     for feature in features:  # those of the file come after what they build on
         whole[feature] = features[""] | features[feature]
         for entry in vcpkg["features"].get(feature, vcpkg)["dependencies"]:
-            for other in entry.get("features", []) if isinstance(entry, dict) else []:
+            for other in entry.get("features", []) if isinstance(entry, dict) and entry["name"] == "terrane" else []:
                 whole[feature] |= whole[other]
     conan = set(re.findall(r'self\.requires\("([\w-]+)/', recipe))
 

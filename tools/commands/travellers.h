@@ -3,6 +3,7 @@
 
 #include "frames/body_nodes.h"
 #include "program/geometry.h"
+#include "scene/vehicle_placement.h"
 #include "scene/wheel_ruts.h"
 
 #include <terrane/collision/vehicle.h>
@@ -64,11 +65,6 @@ public:
     virtual Result<void> show(const World& world, BodyNodes& nodes) const = 0;
 };
 
-/// Vehicles, in the order of the names of --vehicle.
-enum class VehicleKind { truck, tracked, six_wheeler };
-std::vector<std::string> vehicle_names();
-VehicleSettings make_vehicle(VehicleKind kind);
-
 /// The ground over which a path is laid for a vehicle. The steepest slope is a share of the slope on which it could
 /// climb, stand across and not slide. The highest bump, between axles as far apart as its outer ones, neither touches
 /// its chassis nor is beyond the travel of its suspension.
@@ -120,15 +116,6 @@ private:
     bool has_rolled_over_ = false;
     std::uint64_t rights_ = 0;
 };
-
-/// The pose of a vehicle parallel to the slope of the source at a point.
-/// @param along_world heading, not zero
-Pose slope_pose(const HeightSource& source, const Eigen::Vector2d& place_world,
-                const Eigen::Vector2d& along_world, const VehicleSettings& settings);
-
-/// The pose, moved vertically so that chassis and hanging wheels are at least 5 cm above the contact surface. Fails if
-/// the ground there is not resident or the pose is out of range.
-Result<Pose> pose_on_ground(const VehicleSettings& settings, Pose pose, const Ground& ground);
 
 /// A character that walks along a polyline, towards the point 2 m ahead. When blocked it detours to one side for some
 /// time, then to the other, each time for longer.

@@ -50,6 +50,9 @@ public:
     void follow(const Pose& pose_world, double dt, const Ground& ground, const World& world,
                 BodyId own = {});
 
+    /// Moves the eye around the target: ChaseCameraSettings::bearing from the next follow() on.
+    void set_bearing(double bearing) { settings_.bearing = bearing; }
+
     /// `view` with the camera's position and orientation; field of view and size are kept.
     View view(const View& view) const;
     /// Mean velocity of the eye during the last follow(), m/s.

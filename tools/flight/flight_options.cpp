@@ -61,8 +61,7 @@ bool is_drivable(const std::string& path) { return path != "spins" && path != "t
 
 }  // namespace
 
-void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what) {
-    add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the " + what);
+void add_look_options(CLI::App& app, FlightOptions& options) {
     add_size(app, "--size", options.size, "Size of the picture, pixels");
     add_in_range(app, "--fov-deg", options.fov_deg, 1.0, 170.0, "Vertical field of view, degrees");
     add_count(
@@ -72,7 +71,8 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
         ->default_str("");
     add_in_range(
         app, "--shadows", options.shadows, 0.0, 1e6,
-        "The sun casts shadows of ground and objects up to this distance, metres; 0: none");
+        "The sun casts shadows of ground and objects up to this distance, metres; 0: none. Without "
+        "it 1000 with --look full, and 0 with --look plain");
     Look* const look = &options.look;
     add_choice(
         app, "--look", {"plain", "full"}, static_cast<std::size_t>(options.look),
@@ -103,6 +103,11 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
                  "Level of water, metres, in place of the scene's; 0 for seas");
     app.add_flag("--show-proxies", options.shows_proxies,
                  "Show bodies, vehicles and characters as the shapes that collide");
+}
+
+void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what) {
+    add_in_range(app, "--fps", options.fps, 0.1, 1000.0, "Frames a second of the " + what);
+    add_look_options(app, options);
     app.add_option(
            "--out", options.out,
            "Folder for frames.csv, report.html, and pictures or film where asked for. What an "
@@ -113,10 +118,7 @@ void add_picture_options(CLI::App& app, FlightOptions& options, const std::strin
     app.add_flag("--video", options.video, "Write flight.mp4, with ffmpeg");
 }
 
-void add_flight_options(CLI::App& app, FlightOptions& options,
-                        std::initializer_list<const char*> scene_parts) {
-    add_terrain_options(app, options.terrain, scene_parts);
-    add_picture_options(app, options, "flight");
+void add_frame_options(CLI::App& app, FlightOptions& options) {
     add_count(app, "--budget", options.budget, 1, "Most triangles a frame", kMostTriangles);
     add_positive(app, "--max-error-px", options.max_error_px,
                  "Refinement stops below this screen error, pixels");
@@ -129,6 +131,13 @@ void add_flight_options(CLI::App& app, FlightOptions& options,
     add_count(app, "--threads", options.threads, 0,
               "Loader threads; 0 loads inside the update, so that a flight gives the same bits",
               256);
+}
+
+void add_flight_options(CLI::App& app, FlightOptions& options,
+                        std::initializer_list<const char*> scene_parts) {
+    add_terrain_options(app, options.terrain, scene_parts);
+    add_picture_options(app, options, "flight");
+    add_frame_options(app, options);
     app.add_flag(
         "--realtime", options.realtime,
         "Wait for the clock at every frame, so that loaders get the time of a real flight");

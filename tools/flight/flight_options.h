@@ -49,7 +49,8 @@ struct FlightOptions {
     ImageSize size;
     double fov_deg = 60.0;
     std::size_t samples = 0;  ///< per pixel; 0: not given
-    double shadows = 0.0;     ///< shadow distance, metres; 0: none
+    /// Shadow distance, metres; 0: none; NaN if not given. See shadow_distance().
+    double shadows = std::numeric_limits<double>::quiet_NaN();
     Look look = Look::plain;
     std::optional<WorldVec2> sun_deg =
         {};                ///< azimuth from world y, clockwise, and elevation of the sun, degrees
@@ -76,13 +77,23 @@ struct FlightOptions {
 
     std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_mb * 0x1p20); }
     bool has_pictures() const { return png || video || window; }
+    /// `shadows` or, without it, 1 km with Look::full and 0 with Look::plain.
+    double shadow_distance() const {
+        constexpr double kUsual = 1000.0;
+        return given(shadows).value_or(look == Look::full ? kUsual : 0.0);
+    }
     bool has_materials() const { return look == Look::full || ground; }
     /// Whether frames are paced in real time.
     bool waits_for_clock() const { return realtime || window; }
 };
 
-/// Adds --fps, --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --ground, --snow-line-m,
-/// --water-m, --show-proxies, --out, --png and --video.
+/// Adds --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --ground, --snow-line-m, --water-m and
+/// --show-proxies.
+void add_look_options(CLI::App& app, FlightOptions& options);
+/// Adds --budget, --max-error-px, --morph-ratio, --memory-mb and --threads.
+void add_frame_options(CLI::App& app, FlightOptions& options);
+
+/// Adds the flags of add_look_options(), --fps, --out, --png and --video.
 ///
 /// @param what the kind of run in help texts: "flight"
 void add_picture_options(CLI::App& app, FlightOptions& options, const std::string& what);

@@ -44,17 +44,19 @@ Result<FlightOutput> FlightOutput::create(const FlightOptions& options, const Te
     return output;
 }
 
-Result<std::unique_ptr<ObjectField>> FlightOutput::make_objects(const Terrain& terrain) {
+Result<std::unique_ptr<ObjectField>> make_object_field(const FlightOptions& options,
+                                                       const Terrain& terrain,
+                                                       TerrainRenderer* renderer) {
     TERRANE_TRY(ObjectField field,
                 ObjectField::create(terrain.source,
                                     terrain.objects != nullptr ? *terrain.objects : SceneObjects(),
-                                    {.max_error_px = options_.max_error_px,
-                                     .picture = make_view(options_.size, options_.fov_deg),
-                                     .has_thread = options_.threads > 0,
-                                     .shadows = pictures_ ? renderer()->shadows() : std::nullopt},
-                                    renderer()));
+                                    {.max_error_px = options.max_error_px,
+                                     .picture = make_view(options.size, options.fov_deg),
+                                     .has_thread = options.threads > 0,
+                                     .shadows = renderer ? renderer->shadows() : std::nullopt},
+                                    renderer));
     if (terrain.nodes != nullptr) {
-        TERRANE_TRY(field.add_nodes(*terrain.nodes, *terrain.source, renderer()));
+        TERRANE_TRY(field.add_nodes(*terrain.nodes, *terrain.source, renderer));
         // volumes may open the ground there
         if (terrain.volumes == nullptr && !field.buried().empty()) {
             print_note(fmt::format(
@@ -69,13 +71,15 @@ Result<std::unique_ptr<ObjectField>> FlightOutput::make_objects(const Terrain& t
 
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
     if (terrain.objects == nullptr && terrain.nodes == nullptr) return {};
-    TERRANE_TRY(std::unique_ptr<ObjectField> objects, make_objects(terrain));
+    TERRANE_TRY(std::unique_ptr<ObjectField> objects,
+                make_object_field(options_, terrain, renderer()));
     maker.set_objects(std::move(objects));
     return {};
 }
 
 Result<BodyNodes> FlightOutput::add_bodies(const Terrain& terrain, FrameMaker& maker) {
-    TERRANE_TRY(std::unique_ptr<ObjectField> objects, make_objects(terrain));
+    TERRANE_TRY(std::unique_ptr<ObjectField> objects,
+                make_object_field(options_, terrain, renderer()));
     BodyNodes bodies(*objects, renderer(), options_.shows_proxies);
     bodies.set_meshes(terrain.bodies);
     maker.set_objects(std::move(objects));

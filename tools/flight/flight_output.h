@@ -17,6 +17,15 @@
 
 namespace terrane::tools {
 
+/// The objects and nodes of a terrain's scene. Prints a note about nodes below the ground.
+///
+/// @param renderer receives the meshes; null if no frames are drawn
+///
+/// Fails: as ObjectField::create() and ObjectField::add_nodes()
+Result<std::unique_ptr<ObjectField>> make_object_field(const FlightOptions& options,
+                                                       const Terrain& terrain,
+                                                       TerrainRenderer* renderer);
+
 /// All files of a flight: frames.csv, pictures, film and report. Without --out it writes none and keeps the frames for
 /// the summary only.
 class FlightOutput {
@@ -58,7 +67,6 @@ public:
 
 private:
     FlightOutput(const FlightOptions& options, std::shared_ptr<OutputFolder> folder, FlightLog log);
-    Result<std::unique_ptr<ObjectField>> make_objects(const Terrain& terrain);
     TerrainRenderer* renderer() { return pictures_ ? &pictures_->renderer() : nullptr; }
 
     FlightOptions options_;

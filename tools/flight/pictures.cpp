@@ -8,6 +8,10 @@
 #include <terrane/dem/georeference.h>
 #include <terrane/render/sun_position.h>
 
+// no OpenGL headers
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -85,27 +89,14 @@ std::optional<GroundLookSettings> look_of(const FlightOptions& options, const Te
 
 }  // namespace
 
-FlightPictures::FlightPictures(std::optional<Window> window, GlContext context,
-                               TerrainRenderer renderer, double fps)
-    : window_(std::move(window)),
-      context_(std::move(context)),
-      renderer_(std::move(renderer)),
-      fps_(fps) {}
-
-Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
-                                              const std::shared_ptr<OutputFolder>& folder) {
-    std::optional<Window> window;
-    if (options.window) {
-        TERRANE_TRY(window,
-                    Window::create("terrane", options.size.width_px, options.size.height_px));
-    }
-    TERRANE_TRY(GlContext context, window ? GlContext::adopt_current() : GlContext::create());
+Result<RendererSettings> picture_settings(const FlightOptions& options, const Terrain& terrain,
+                                          bool is_software) {
     RendererSettings settings;
     fit_tints(terrain, settings);
-    settings.sample_count = options.samples > 0     ? static_cast<int>(options.samples)
-                            : context.is_software() ? 1
-                                                    : settings.sample_count;
-    settings.shadow_distance = options.shadows;
+    settings.sample_count = options.samples > 0 ? static_cast<int>(options.samples)
+                            : is_software       ? 1
+                                                : settings.sample_count;
+    settings.shadow_distance = options.shadow_distance();
     TERRANE_TRY(settings.sun_direction, sun_of(options, terrain));
     if (options.look == Look::full) {
         settings.atmosphere = true;
@@ -122,6 +113,26 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
     settings.ground_look = look_of(options, terrain);
     settings.imagery = terrain.imagery;
     settings.imagery_waits = !options.waits_for_clock();  // films need not keep real time
+    return settings;
+}
+
+FlightPictures::FlightPictures(std::optional<Window> window, GlContext context,
+                               TerrainRenderer renderer, double fps)
+    : window_(std::move(window)),
+      context_(std::move(context)),
+      renderer_(std::move(renderer)),
+      fps_(fps) {}
+
+Result<FlightPictures> FlightPictures::create(const FlightOptions& options, const Terrain& terrain,
+                                              const std::shared_ptr<OutputFolder>& folder) {
+    std::optional<Window> window;
+    if (options.window) {
+        TERRANE_TRY(window,
+                    Window::create("terrane", options.size.width_px, options.size.height_px));
+    }
+    TERRANE_TRY(GlContext context, window ? GlContext::adopt_current() : GlContext::create());
+    TERRANE_TRY(const RendererSettings settings,
+                picture_settings(options, terrain, context.is_software()));
     TERRANE_TRY(
         TerrainRenderer renderer,
         TerrainRenderer::create(context, options.size.width_px, options.size.height_px, settings));
@@ -142,7 +153,13 @@ Result<double> FlightPictures::add(std::size_t frame, const MadeFrame& made, con
     TERRANE_TRY(renderer_.draw(made.mesh, view, made.draws));
     const bool has_files = picture_folder_ != nullptr || film_;
     const Image image = has_files || !window_ ? renderer_.read() : Image();
-    if (window_) TERRANE_TRY(window_->show(renderer_));
+    if (window_) {
+        TERRANE_TRY(window_->draw(renderer_));
+        TERRANE_TRY(window_->show());
+        for (const WindowInput::Press& key : window_->take_input().keys) {
+            if (key.number == GLFW_KEY_ESCAPE) window_->close();
+        }
+    }
     const std::chrono::duration<double, std::milli> taken =
         std::chrono::steady_clock::now() - start;
     if (picture_folder_ != nullptr) {

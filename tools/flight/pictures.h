@@ -13,6 +13,13 @@
 
 namespace terrane::tools {
 
+/// The settings of the pictures that options ask for. Fails as georeference_of(), and with invalid_argument for a place
+/// without longitude.
+///
+/// @param is_software see GlContext::is_software()
+Result<RendererSettings> picture_settings(const FlightOptions& options, const Terrain& terrain,
+                                          bool is_software);
+
 /// Draws frames, off screen or in a window, and writes them as PNG files and as a film, according to the options.
 class FlightPictures {
 public:

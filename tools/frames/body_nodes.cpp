@@ -187,14 +187,17 @@ Result<void> BodyNodes::show(std::size_t body, const Shape& shape, const BodySta
     return place(known->second, state.pose, scaled(tint, share));
 }
 
-Result<void> BodyNodes::add(const MeshModel& model, std::size_t count,
-                            std::vector<Part>& parts_out) {
-    TERRANE_TRY(const ModelId id, field_->add_body_model(model, renderer_));
+Result<void> BodyNodes::add(ModelId model, std::size_t count, std::vector<Part>& parts_out) {
     for (; count > 0; --count) {
-        TERRANE_TRY(const Part part, add(id));
+        TERRANE_TRY(const Part part, add(model));
         parts_out.push_back(part);
     }
     return {};
+}
+
+void BodyNodes::remove(std::vector<Part>& parts) {
+    for (const Part& part : parts) field_->scene().remove(part.node);
+    parts.clear();
 }
 
 Result<void> BodyNodes::place(std::vector<Part>& parts, std::span<const Pose> poses_world) {
@@ -203,7 +206,24 @@ Result<void> BodyNodes::place(std::vector<Part>& parts, std::span<const Pose> po
     return {};
 }
 
-Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const VehicleState& state) {
+namespace {
+
+// Whether two vehicles have the numbers that make_vehicle_form() uses.
+bool has_same_form(const VehicleSettings& a, const VehicleSettings& b) {
+    const auto is_same = [](const AxleSettings& one, const AxleSettings& other) {
+        return one.position == other.position && one.track == other.track;
+    };
+    return a.chassis_half_extents == b.chassis_half_extents && a.wheel_radius == b.wheel_radius &&
+           a.suspension_travel == b.suspension_travel && a.is_tracked == b.is_tracked &&
+           std::ranges::equal(a.axles, b.axles, is_same);
+}
+
+}  // namespace
+
+// The models of vehicles with these settings, made when they are first needed.
+Result<const BodyNodes::VehicleLook*> BodyNodes::look_of(const VehicleSettings& settings) {
+    for (const std::unique_ptr<const VehicleLook>& look : vehicle_looks_)
+        if (has_same_form(look->settings, settings)) return look.get();
     VehicleForm form;
     if (shows_proxies_) {
         TERRANE_TRY(form.body.mesh, make_chassis_proxy(settings));
@@ -211,20 +231,36 @@ Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const Vehic
     } else {
         TERRANE_TRY(form, make_vehicle_form(settings));
     }
+    VehicleLook made{.settings = settings};
+    TERRANE_TRY(made.body, field_->add_body_model(form.body, renderer_));
+    TERRANE_TRY(made.wheel, field_->add_body_model(form.wheel, renderer_));
+    if (form.link) {
+        TERRANE_TRY(made.link, field_->add_body_model(*form.link, renderer_));
+    }
+    if (form.sprocket) {
+        TERRANE_TRY(made.sprocket, field_->add_body_model(*form.sprocket, renderer_));
+    }
+    if (!shows_proxies_) made.exhaust = form.exhaust;
+    made.exhaust_direction = form.exhaust_direction;
+    vehicle_looks_.push_back(std::make_unique<const VehicleLook>(std::move(made)));
+    return vehicle_looks_.back().get();
+}
+
+Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const VehicleState& state) {
+    TERRANE_TRY(const VehicleLook* const look, look_of(settings));
     Vehicle made;
-    TERRANE_TRY(const ModelId body, field_->add_body_model(form.body, renderer_));
-    TERRANE_TRY(made.body, add(body));
-    TERRANE_TRY(add(form.wheel, state.wheels.size(), made.wheels));
-    if (form.link)
-        TERRANE_TRY(add(*form.link, track_link_poses(settings, state).size(), made.links));
-    if (form.sprocket)
-        TERRANE_TRY(add(*form.sprocket, sprocket_poses(settings, state).size(), made.sprockets));
-    if (!shows_proxies_) {
+    TERRANE_TRY(made.body, add(look->body));
+    TERRANE_TRY(add(look->wheel, state.wheels.size(), made.wheels));
+    if (look->link)
+        TERRANE_TRY(add(*look->link, track_link_poses(settings, state).size(), made.links));
+    if (look->sprocket)
+        TERRANE_TRY(add(*look->sprocket, sprocket_poses(settings, state).size(), made.sprockets));
+    if (look->exhaust) {
         Scene& scene = field_->scene();
-        made.exhaust_direction = form.exhaust_direction;
+        made.exhaust_direction = look->exhaust_direction;
         TERRANE_TRY(made.exhaust,
-                    scene.add(made.body.node, {.parent_from_node = {.translation = form.exhaust}},
-                              make_exhaust(form.exhaust_direction)));
+                    scene.add(made.body.node, {.parent_from_node = {.translation = *look->exhaust}},
+                              make_exhaust(look->exhaust_direction)));
         for (std::size_t i = 0; i < state.wheels.size(); ++i) {
             TERRANE_TRY(const NodeId dust,
                         scene.add(scene.root(), {}, make_dust(i, settings.wheel_radius)));
@@ -233,6 +269,15 @@ Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const Vehic
     }
     vehicle_ = std::move(made);
     return {};
+}
+
+void BodyNodes::remove_vehicle() {
+    if (!vehicle_) return;
+    field_->scene().remove(vehicle_->body.node);  // with the exhaust
+    for (std::vector<Part>* parts : {&vehicle_->wheels, &vehicle_->links, &vehicle_->sprockets})
+        remove(*parts);
+    for (const NodeId dust : vehicle_->dust) field_->scene().remove(dust);
+    vehicle_.reset();
 }
 
 Result<void> BodyNodes::show_smoke(const VehicleSettings& settings, const VehicleState& state) {
@@ -269,21 +314,29 @@ Result<void> BodyNodes::show(const VehicleSettings& settings, const VehicleState
     return show_smoke(settings, state);
 }
 
+Result<void> BodyNodes::add_character(const CharacterSettings& settings) {
+    if (character_models_.empty() && shows_proxies_) {
+        MeshModel capsule;
+        TERRANE_TRY(capsule.mesh, make_capsule_mesh(settings.radius, settings.half_height));
+        TERRANE_TRY(const ModelId model, field_->add_body_model(capsule, renderer_));
+        character_models_.push_back(model);
+    } else if (character_models_.empty()) {
+        for (const MeshModel& part : make_character_form(settings).parts) {
+            TERRANE_TRY(const ModelId model, field_->add_body_model(part, renderer_));
+            character_models_.push_back(model);
+        }
+    }
+    for (const ModelId model : character_models_) TERRANE_TRY(add(model, 1, character_));
+    return {};
+}
+
 Result<void> BodyNodes::show(const CharacterSettings& settings, const Pose& pose_world,
                              double walked, double speed) {
-    if (shows_proxies_) {
-        if (character_.empty()) {
-            MeshModel capsule;
-            TERRANE_TRY(capsule.mesh, make_capsule_mesh(settings.radius, settings.half_height));
-            TERRANE_TRY(add(capsule, 1, character_));
-        }
-        return place(character_, {&pose_world, 1});
-    }
-    if (character_.empty()) {
-        for (const MeshModel& part : make_character_form(settings).parts)
-            TERRANE_TRY(add(part, 1, character_));
-    }
+    if (character_.empty()) TERRANE_TRY(add_character(settings));
+    if (shows_proxies_) return place(character_, {&pose_world, 1});
     return place(character_, character_part_poses(settings, pose_world, walked, speed));
 }
+
+void BodyNodes::remove_character() { remove(character_); }
 
 }  // namespace terrane::tools

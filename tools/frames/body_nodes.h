@@ -56,11 +56,17 @@ public:
                       const Tint& tint = {1.0f, 1.0f, 1.0f});
 
     /// Shows the vehicle, with exhaust and dust. Fails as show()
+    ///
+    /// @param settings of the vehicle shown before, unless that was removed
     Result<void> show(const VehicleSettings& settings, const VehicleState& state);
+    /// Hides the vehicle, if there is one.
+    void remove_vehicle();
 
     /// Shows the character in a step of its walk: see character_part_poses(). Fails as show()
     Result<void> show(const CharacterSettings& settings, const Pose& pose_world, double walked,
                       double speed);
+    /// Hides the character, if there is one.
+    void remove_character();
 
 private:
     /// A node that is moved, with the models in its subtree.
@@ -80,6 +86,14 @@ private:
         double scale = 1.0;                 // of the mesh
         std::optional<ModelId> model = {};  // none: not shown yet
     };
+    /// The models of a vehicle, which stay when it is removed.
+    struct VehicleLook {
+        VehicleSettings settings;
+        ModelId body{}, wheel{};
+        std::optional<ModelId> link = {}, sprocket = {};
+        std::optional<Eigen::Vector3d> exhaust = {};  // place on the body; none for proxies
+        Eigen::Vector3d exhaust_direction = Eigen::Vector3d::Zero();
+    };
     struct Vehicle {
         Part body;
         std::vector<Part> wheels, links, sprockets;
@@ -92,9 +106,12 @@ private:
     Result<ModelId> model_of(const Shape& shape);
     Result<Part> add(ModelId model);
     Result<Part> add(const NodeOfBody& look);
-    Result<void> add(const MeshModel& model, std::size_t count, std::vector<Part>& parts_out);
+    Result<void> add(ModelId model, std::size_t count, std::vector<Part>& parts_out);
+    void remove(std::vector<Part>& parts);
     Result<void> place(std::vector<Part>& parts, std::span<const Pose> poses_world);
     Result<void> place(Part& part, const Pose& pose_world, const Tint& tint);
+    Result<const VehicleLook*> look_of(const VehicleSettings& settings);
+    Result<void> add_character(const CharacterSettings& settings);
     Result<void> add_vehicle(const VehicleSettings& settings, const VehicleState& state);
     Result<void> show_smoke(const VehicleSettings& settings, const VehicleState& state);
 
@@ -105,7 +122,9 @@ private:
     std::map<std::size_t, NodeOfBody> nodes_of_bodies_;
     std::map<std::shared_ptr<const SceneNodes>, NodeModels> node_models_;
     std::map<std::size_t, Part> bodies_;
+    std::vector<std::unique_ptr<const VehicleLook>> vehicle_looks_;
     std::optional<Vehicle> vehicle_;
+    std::vector<ModelId> character_models_;
     std::vector<Part> character_;
 };
 

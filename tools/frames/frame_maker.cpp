@@ -74,8 +74,11 @@ void FrameHorizon::follow(const TerrainMesh& mesh) {
                 .finest_m = kErrorMargin * mesh.finest_error_m};
 }
 
-FrameMaker::FrameMaker(Pager pager, Triangulator triangulator)
-    : pager_(std::move(pager)), triangulator_(std::move(triangulator)) {}
+FrameMaker::FrameMaker(std::shared_ptr<const HeightSource> source, Pager pager,
+                       Triangulator triangulator)
+    : source_(std::move(source)),
+      pager_(std::move(pager)),
+      triangulator_(std::move(triangulator)) {}
 
 Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source,
                                       const FrameMakerSettings& settings,
@@ -83,11 +86,18 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     TERRANE_TRY(Triangulator triangulator, Triangulator::create(*source, settings.triangulator));
     TERRANE_TRY(Pager pager, loader ? Pager::create(source, settings.pager, std::move(loader))
                                     : Pager::create(source, settings.pager));
-    FrameMaker maker(std::move(pager), std::move(triangulator));
+    FrameMaker maker(std::move(source), std::move(pager), std::move(triangulator));
     maker.budget_ = settings.triangulator.triangle_budget;
     maker.max_error_px_ = settings.triangulator.max_error_px;
     if (settings.verify) maker.verifier_.emplace(*source);
     return maker;
+}
+
+Result<void> FrameMaker::set_triangulator(const TriangulatorSettings& settings) {
+    TERRANE_TRY(triangulator_, Triangulator::create(*source_, settings));
+    budget_ = settings.triangle_budget;
+    max_error_px_ = settings.max_error_px;
+    return {};
 }
 
 // The demands of objects, and one that reserves the part of the budget that the governor withholds.
@@ -147,14 +157,15 @@ void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> b
     }
 }
 
-MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, double time) {
+MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, double time,
+                           std::optional<double> scene_time) {
     using Clock = std::chrono::steady_clock;
     MadeFrame frame;
     const View view = camera.view;
     camera.threshold_px = threshold_px_;
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
-    if (objects_) objects_->set_time(time);
+    if (objects_) objects_->set_time(scene_time.value_or(time));
     frame.mesh = triangulate(view);
     if (objects_) {
         frame.draws = objects_->end_frame(frame.mesh.demand_threshold_px);

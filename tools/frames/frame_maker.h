@@ -91,6 +91,10 @@ public:
     /// The objects; null if there are none.
     ObjectField* objects() { return objects_.get(); }
 
+    /// Changes budget, error target and morph ratio from the next frame on. Fails as Triangulator::create(); nothing is
+    /// changed then.
+    Result<void> set_triangulator(const TriangulatorSettings& settings);
+
     /// Controls the budget by frame times, up to the triangulator's budget.
     void set_governor(const FrameGovernor& governor) { governor_ = governor; }
     /// Reports the time of a frame, drawing included, to the governor.
@@ -106,19 +110,22 @@ public:
     /// Makes the frame for one time.
     ///
     /// @param camera its threshold_px is replaced by that of the previous frame
-    /// @param time   of the pager's clock, seconds; must not decrease
-    MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time);
+    /// @param time       of the pager's clock, seconds; must not decrease
+    /// @param scene_time of emitters; absent: as `time`
+    MadeFrame make(CameraNeed camera, std::span<const BodyNeed> bodies, double time,
+                   std::optional<double> scene_time = {});
 
     const Pager& pager() const { return pager_; }
     /// Access for changes of the ground between frames, such as by a VolumeEditor.
     Pager& pager() { return pager_; }
 
 private:
-    FrameMaker(Pager pager, Triangulator triangulator);
+    FrameMaker(std::shared_ptr<const HeightSource> source, Pager pager, Triangulator triangulator);
     std::span<const TriangleDemand> with_kept_free(std::span<const TriangleDemand> of_objects);
     std::span<const TriangleDemand> begin_frame(const View& view, const HorizonMap* horizon_map);
     TerrainMesh triangulate(const View& view);
 
+    std::shared_ptr<const HeightSource> source_;
     Pager pager_;
     Triangulator triangulator_;
     std::optional<Verifier> verifier_;

@@ -140,6 +140,9 @@ public:
     /// The scene, for nodes of bodies.
     Scene& scene() { return scene_; }
 
+    /// Changes the shadows of the following frames: see ObjectFieldSettings::shadows.
+    void set_shadows(const std::optional<SunShadows>& shadows) { shadows_ = shadows; }
+
     /// Sets the time of emitters: see Scene::set_time().
     void set_time(double time_s) { scene_.set_time(time_s); }
 

@@ -69,6 +69,7 @@ struct CommandContext {
 void add_info_command(CLI::App& app, CommandContext& context);
 void add_fly_command(CLI::App& app, CommandContext& context);
 void add_mesh_command(CLI::App& app, CommandContext& context);
+void add_view_command(CLI::App& app, CommandContext& context);
 void add_query_command(CLI::App& app, CommandContext& context);
 void add_drop_command(CLI::App& app, CommandContext& context);
 void add_drive_command(CLI::App& app, CommandContext& context);

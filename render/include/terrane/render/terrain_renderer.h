@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -142,6 +143,12 @@ struct PresentTarget {
     int width_px = 0, height_px = 0;  ///< 1 or more
 };
 
+/// A colour that is drawn over ground, with display gamma.
+struct GroundMark {
+    Colour colour;         ///< where it is opaque
+    float opacity = 0.0f;  ///< 0 to 1; 0: none
+};
+
 /// Draws meshes of a Triangulator off screen.
 ///
 /// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident. Uploads indices, and offsets
@@ -176,6 +183,22 @@ public:
     /// @param scene draw list with ids of this renderer; draw() also fails with invalid_argument for a mesh, level,
     ///              impostor, image or range that does not exist, and for numbers that are not finite or out of range
     Result<void> draw(const TerrainMesh& mesh, const View& view, const SceneDraws& scene = {});
+
+    /// Changes the size of the following pictures, which draw() then expects. The last frame is lost.
+    ///
+    /// Fails: as create(); the size is kept then
+    Result<void> resize(int width_px, int height_px);
+    /// Moves the sun: RendererSettings::sun_direction from the next draw() on. Fails with invalid_argument for a
+    /// direction that is zero or not finite.
+    /// Cost: with an atmosphere its tables, about 60 ms
+    Result<void> set_sun(const Eigen::Vector3d& sun_direction);
+    /// Turns RendererSettings::wireframe on or off from the next draw() on.
+    void set_wireframe(bool is_on);
+    /// Draws a colour over the triangles of each chunk of the heightfield, such as one for its level, from the next
+    /// draw() on; null: none, at no cost. Marks are transparent to light, haze and water, and objects are before them.
+    ///
+    /// @param mark_of called in draw(), for chunks of the drawn mesh
+    void set_ground_marks(std::function<GroundMark(const MeshChunk&)> mark_of);
 
     /// Sets the time of moving water for the following calls of draw(), seconds, 0 at first. The same time gives the
     /// same waves. Fails with invalid_argument for a time that is not finite.

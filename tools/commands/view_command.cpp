@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: MIT
+#include "flight/flight_options.h"
+#include "program/command.h"
+#include "program/options.h"
+#include "program/summary.h"
+#include "scene/ground_brush.h"
+#include "view/viewer.h"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace terrane::tools {
+namespace {
+
+struct ViewOptions : FlightOptions {
+    std::optional<WorldPos> eye_m = {};
+    std::optional<WorldVec2> aim_deg = {};
+    double start = 0.0;  // seconds of a track that are left out
+    Being being = Being::camera;
+    VehicleKind vehicle = VehicleKind::truck;
+    bool no_vsync = false;
+    bool full_screen = false;
+    bool no_help = false;
+    bool no_dig = false;
+    double close_after = std::numeric_limits<double>::quiet_NaN();
+    std::string state_log;
+};
+
+// A word of a shell's command line.
+std::string quoted(const std::string& word) {
+    constexpr std::string_view kPlain =
+        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+=";
+    if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
+    std::string text = "'";
+    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return text + "'";
+}
+
+// The flags that were given, except those that say where the camera is.
+std::string given_flags(const CLI::App& command) {
+    const std::set<std::string> of_place{"--eye-m", "--aim-deg"};
+    std::string text = "terrane view";
+    for (const CLI::Option* option : command.get_options()) {
+        const std::string name = option->get_name();
+        if (option->count() == 0 || of_place.contains(name) || name == "--help") continue;
+        text += " " + name;
+        if (option->get_expected_min() == 0) continue;
+        for (const std::string& value : option->results()) text += " " + quoted(value);
+    }
+    return text;
+}
+
+CommandResult<void> check(const ViewOptions& options) {
+    TERRANE_TRY(check_pictures(options));
+    if (!options.path.empty()) TERRANE_TRY(check_path(options.path));
+    if (options.size.width_px > Window::kMostSide || options.size.height_px > Window::kMostSide) {
+        return usage_error(fmt::format("--size of a window must be at most {} a side, got {}x{}",
+                                       Window::kMostSide, options.size.width_px,
+                                       options.size.height_px));
+    }
+    return {};
+}
+
+CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command) {
+    TERRANE_TRY(check(options));
+    TERRANE_TRY(refuse_idle_flags(
+        command,
+        {{{"--speed", "--altitude", "--seconds"}, !options.path.empty(), "goes with --path"},
+         {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"},
+         {{"--vehicle"}, options.being == Being::driver, "goes with --be driver"},
+         {{"--aim-deg"}, options.eye_m.has_value(), "goes with --eye-m"}}));
+    TERRANE_TRY(Terrain terrain, open_terrain(options.terrain));
+    TERRANE_TRY(check_limits(options, terrain));
+    std::unique_ptr<GroundBrush> brush;
+    if (!options.no_dig) {
+        CommandResult<std::unique_ptr<GroundBrush>> made = GroundBrush::create(terrain);
+        // a view without digging is still a view
+        if (made) brush = *std::move(made);
+    }
+    ViewerSettings settings;
+    if (!options.path.empty()) {
+        TERRANE_TRY(settings.path, open_path(options.path, terrain,
+                                             {.speed = given(options.speed),
+                                              .altitude = given(options.altitude),
+                                              .start = options.start,
+                                              .seconds = given(options.seconds)}));
+    }
+    if (options.eye_m) {
+        const WorldVec2 aim = options.aim_deg.value_or(WorldVec2(0.0, 0.0));
+        settings.place = CameraPlace{*options.eye_m, aim.x(), aim.y()};
+    }
+    settings.being = options.being;
+    settings.vehicle = options.vehicle;
+    settings.waits_for_display = !options.no_vsync;
+    settings.is_full_screen = options.full_screen;
+    settings.shows_help = !options.no_help;
+    settings.seconds = given(options.close_after).value_or(std::numeric_limits<double>::infinity());
+    if (!options.out.empty()) settings.folder = options.out;
+    settings.state_log = options.state_log;
+    settings.command_of = [flags = given_flags(command)](const CameraPlace& place) {
+        const WorldPos& eye = place.eye_world;
+        return fmt::format("{} --eye-m {:.3f},{:.3f},{:.3f} --aim-deg {:.3f},{:.3f}", flags,
+                           eye.x(), eye.y(), eye.z(), place.azimuth_deg, place.elevation_deg);
+    };
+    TERRANE_TRY(const std::unique_ptr<Viewer> viewer,
+                Viewer::create(options, terrain, std::move(brush), std::move(settings)));
+    TERRANE_TRY(const ViewTotals totals, viewer->run());
+    nlohmann::ordered_json summary;
+    summary["frames"] = totals.frames;
+    summary["draw_ms_median"] = totals.draw_ms_median;
+    summary["overlay_ms_median"] = totals.overlay_ms_median;
+    summary["steps"] = totals.bodies.steps;
+    summary["fell_through"] = totals.bodies.fell_through;
+    summary["max_depth_m"] = totals.bodies.max_depth_m;
+    summary["below_ground"] = totals.below_ground;
+    summary["renderer"] = viewer->renderer_name();
+    summary["terrain"] = terrain.name;
+    print_summary(summary, options.json);
+    return {};
+}
+
+}  // namespace
+
+void add_view_command(CLI::App& app, CommandContext& context) {
+    const auto options = std::make_shared<ViewOptions>();
+    options->window = true;
+    CLI::App* view = app.add_subcommand(
+        "view",
+        "Opens a window: fly, walk, drive, throw, dig, pick, and play a path; F1 names the "
+        "keys");
+    add_terrain_options(*view, options->terrain,
+                        {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials",
+                         "water", "water_m"});
+    view->add_option("--path", options->path,
+                     "A path to play: " + CameraPath::built_in_list() +
+                         ", or a track: .csv, .gpx, .igc, .tum; without it the camera is free")
+        ->type_name("PATH");
+    add_positive(*view, "--speed", options->speed, "Of the path, as for fly");
+    add_positive(*view, "--altitude", options->altitude, "Of the path, as for fly");
+    add_positive(*view, "--seconds", options->seconds, "Length of the path, as for fly");
+    add_not_negative(*view, "--start-s", options->start, "Seconds of a track to leave out");
+    add_point(*view, "--eye-m", options->eye_m, "Where the camera starts, metres")
+        ->type_name("X,Y,Z");
+    add_place(*view, "--aim-deg", options->aim_deg,
+              "Where it looks, degrees: azimuth clockwise from world y, and elevation")
+        ->type_name("AZ,EL");
+    Being* const being = &options->being;
+    add_choice(
+        *view, "--be", {"camera", "walker", "driver"}, 0,
+        [being](std::size_t number) { *being = static_cast<Being>(number); },
+        "What one is at the start; Tab changes it");
+    VehicleKind* const vehicle = &options->vehicle;
+    add_choice(
+        *view, "--vehicle", vehicle_names(), 0,
+        [vehicle](std::size_t number) { *vehicle = static_cast<VehicleKind>(number); },
+        "Of the driver");
+    add_look_options(*view, *options);
+    add_frame_options(*view, *options);
+    view->add_flag("--no-dig", options->no_dig,
+                   "The ground cannot be dug: saves some memory and time");
+    view->add_flag("--no-vsync", options->no_vsync, "Frames do not wait for the display");
+    view->add_flag("--full-screen", options->full_screen, "Cover the display; F11 changes it");
+    view->add_flag("--no-help", options->no_help, "Start without panels; F1 and F2 show them");
+    view->add_option("--out", options->out,
+                     "Folder of pictures (F12) and films (R); without it the current one. No "
+                     "file is written over")
+        ->type_name("DIR");
+    view->add_option("--state-log", options->state_log,
+                     "Write the state of every frame, a line of JSON each. A file of that name "
+                     "is replaced")
+        ->type_name("FILE");
+    add_positive(*view, "--close-after-s", options->close_after,
+                 "Close the window after so many seconds, for scripts");
+    view->add_flag("--json", options->json, "Print the summary as one JSON object");
+    add_preset_option(*view);
+    view->footer(
+        "Bodies, walkers and vehicles are simulated as in drop, walk and drive; loaders run in\n"
+        "real time.\n"
+        "Example: terrane view --dem tools/data/jacksboro.tif --seed 7 --detail-m 1");
+    view->callback([&context, options, view] {
+        context.run = [options, view] { return run_view(*options, *view); };
+    });
+}
+
+}  // namespace terrane::tools

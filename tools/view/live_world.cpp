@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: MIT
+#include "view/live_world.h"
+
+#include <terrane/collision/ground_queries.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kCrateHalfSide = 0.4;  // metres
+constexpr double kCrateMass = 25.0;     // kilograms
+constexpr double kJumpSpeed = 4.5;      // m/s
+// of the spring that pulls a grabbed body, per kilogram
+constexpr double kPull = 80.0;             // N/m
+constexpr double kPullDamping = 14.0;      // N s/m
+constexpr double kMostPull = 400.0;        // N
+constexpr double kWalkerClearance = 0.02;  // metres above the ground at the start
+constexpr double kTruckHalfLength = 2.3;   // metres; the camera's defaults fit it
+
+const CharacterSettings kWalker;
+
+Eigen::Vector2d unit_or(const Eigen::Vector2d& v, const Eigen::Vector2d& otherwise) {
+    return v.norm() > 1e-6 ? Eigen::Vector2d(v.normalized()) : otherwise;
+}
+
+}  // namespace
+
+LiveWorld::LiveWorld(const Terrain& terrain, World world, ObjectBodies objects)
+    : terrain_(&terrain), world_(std::move(world)), objects_(std::move(objects)) {}
+
+Result<LiveWorld> LiveWorld::create(const Terrain& terrain) {
+    WorldSettings settings;
+    settings.report_contacts = true;
+    TERRANE_TRY(World world, World::create(settings));
+    TERRANE_TRY(ObjectBodies objects, ObjectBodies::create(terrain.source, terrain.objects.get()));
+    LiveWorld made(terrain, std::move(world), std::move(objects));
+    TERRANE_TRY(made.scene_ids_, add_bodies(terrain.bodies, made.world_));
+    TERRANE_TRY(add_bodies(made.objects_.placed(), made.world_));
+    return made;
+}
+
+WorldPos LiveWorld::floor_at(const WorldVec2& place_world) const {
+    return {place_world.x(), place_world.y(),
+            terrain_->source->height(place_world.x(), place_world.y())};
+}
+
+std::span<const BodyNeed> LiveWorld::needs() {
+    const std::span<const BodyNeed> of_bodies = world_.needs();
+    needs_.assign(of_bodies.begin(), of_bodies.end());
+    constexpr double kReach = 4.0;  // metres around a vehicle or character that waits
+    if (entry_) needs_.push_back({.centre_world = floor_at(entry_->place_world), .radius = kReach});
+    return needs_;
+}
+
+void LiveWorld::drive(VehicleKind kind, const WorldVec2& place_world,
+                      const Eigen::Vector2d& along_world) {
+    leave();
+    being_ = Being::driver;
+    kind_ = kind;
+    entry_ = Entry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
+}
+
+void LiveWorld::walk(const WorldVec2& place_world, const Eigen::Vector2d& along_world) {
+    leave();
+    being_ = Being::walker;
+    entry_ = Entry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
+}
+
+void LiveWorld::leave() {
+    // a valid id can be removed
+    if (body_.is_valid()) (void)world_.remove(body_);
+    body_ = {};
+    entry_.reset();
+    camera_.reset();
+    being_ = Being::camera;
+    bearing_ = 0.0;
+    let_go();
+}
+
+// Puts what waits on the ground if that is resident and free.
+void LiveWorld::enter(const Ground& ground) {
+    const Eigen::Vector2d place = entry_->place_world, along = entry_->along_world;
+    if (being_ == Being::driver) {
+        const VehicleSettings settings = make_vehicle(kind_);
+        const Result<Pose> pose =
+            pose_on_ground(settings, slope_pose(*terrain_->source, place, along, settings), ground);
+        if (!pose) return;
+        const Result<BodyId> added = world_.add_vehicle(settings, *pose);
+        if (!added) return;
+        body_ = *added;
+        ChaseCameraSettings camera;
+        camera.behind += 2.0 * (settings.chassis_half_extents.x() - kTruckHalfLength);
+        camera_.emplace(*terrain_->source, *pose, camera);
+    } else {
+        Pose at;
+        at.translation = floor_at(entry_->place_world);
+        at.translation.z() += kWalker.radius + kWalker.half_height;
+        const Shape shape = Capsule{.radius = kWalker.radius, .half_height = kWalker.half_height};
+        const LiftAnswer lift = compute_lift(shape, at, ground);
+        if (lift.status != QueryStatus::ok || !std::isfinite(lift.lift)) return;
+        at.translation.z() += lift.lift + kWalkerClearance;
+        const Result<BodyId> added = world_.add_character(kWalker, at.translation);
+        if (!added) return;
+        body_ = *added;
+        heading_ = along;
+        walked_ = 0.0;
+        camera_.emplace(*terrain_->source, pose(),
+                        ChaseCameraSettings{.behind = 6.0, .above = 1.8, .target_above = 0.5});
+    }
+    entry_.reset();
+}
+
+void LiveWorld::right(const Ground& ground) {
+    const VehicleSettings* settings = world_.vehicle_settings(body_);
+    if (settings == nullptr) return;
+    const Pose& now = world_.state(body_).pose;
+    const Eigen::Vector2d along = unit_or(now.rotation.col(0).head<2>(), Eigen::Vector2d::UnitY());
+    const Result<Pose> upright = pose_on_ground(
+        *settings, slope_pose(*terrain_->source, now.translation.head<2>(), along, *settings),
+        ground);
+    // the id and the pose are valid: the call cannot fail
+    if (upright) (void)world_.teleport(body_, {.pose = *upright});
+}
+
+void LiveWorld::steer(const VehicleControls& controls) {
+    if (being_ == Being::driver && body_.is_valid()) (void)world_.set_controls(body_, controls);
+}
+
+void LiveWorld::steer(const WorldVec2& velocity, bool jumps) {
+    if (being_ != Being::walker || !body_.is_valid()) return;
+    // controls within their ranges cannot fail
+    (void)world_.set_controls(
+        body_, CharacterControls{.velocity = velocity, .jump_speed = jumps ? kJumpSpeed : 0.0});
+}
+
+void LiveWorld::turn(double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    heading_ =
+        Eigen::Vector2d(c * heading_.x() - s * heading_.y(), s * heading_.x() + c * heading_.y())
+            .normalized();
+}
+
+Result<BodyId> LiveWorld::throw_crate(const WorldPos& from_world, const Eigen::Vector3d& velocity) {
+    BodyPlacement placement;
+    placement.pose.translation = from_world;
+    placement.velocity = velocity;
+    if (thrown_.size() >= kMostThrown) {
+        std::rotate(thrown_.begin(), thrown_.begin() + 1, thrown_.end());
+        TERRANE_TRY(world_.teleport(thrown_.back(), placement));
+        return thrown_.back();
+    }
+    BodySettings settings;
+    settings.shape = Box{Eigen::Vector3d::Constant(kCrateHalfSide)};
+    settings.mass = kCrateMass;
+    TERRANE_TRY(const BodyId added, world_.add(settings, placement));
+    thrown_.push_back(added);
+    return added;
+}
+
+void LiveWorld::grab(BodyId body, const WorldPos& point_world) {
+    if (!world_.contains(body) || body == body_) return;
+    if (world_.settings(body).type != BodyType::dynamic_body) return;
+    const Pose& pose = world_.state(body).pose;
+    grabbed_ = body;
+    grip_body_ = pose.rotation.transpose() * (point_world - pose.translation);
+    hand_world_ = point_world;
+}
+
+WorldPos LiveWorld::grip_world() const { return world_.state(grabbed_).pose * grip_body_; }
+
+void LiveWorld::pull() {
+    if (!world_.contains(grabbed_)) {
+        let_go();
+        return;
+    }
+    const BodyState& state = world_.state(grabbed_);
+    const double mass = world_.settings(grabbed_).mass;
+    const WorldPos grip = grip_world();
+    const Eigen::Vector3d arm = grip - state.pose.translation;
+    const Eigen::Vector3d& w = state.angular_velocity;
+    const Eigen::Vector3d turning(w.y() * arm.z() - w.z() * arm.y(),
+                                  w.z() * arm.x() - w.x() * arm.z(),
+                                  w.x() * arm.y() - w.y() * arm.x());
+    Eigen::Vector3d force =
+        mass * (kPull * (hand_world_ - grip) - kPullDamping * (state.velocity + turning));
+    const double most = mass * kMostPull;
+    if (force.norm() > most) force *= most / force.norm();
+    // the id and the force are valid: the call cannot fail
+    (void)world_.add_force(grabbed_, grip, force);
+}
+
+Result<void> LiveWorld::step(const Ground& ground) {
+    if (entry_) enter(ground);
+    TERRANE_TRY(objects_.follow(world_, ground));
+    if (grabbed_.is_valid()) pull();
+    last_ = world_.step(ground, kStep);
+    ++totals_.steps;
+    totals_.fell_through += last_.too_deep;
+    totals_.max_depth_m = std::max(totals_.max_depth_m, last_.max_depth_m);
+    if (const CharacterState* walker = world_.character(body_); walker != nullptr) {
+        if (walker->stands) walked_ += kStep * walker->body.velocity.head<2>().norm();
+    }
+    if (camera_) {
+        camera_->set_bearing(bearing_);
+        camera_->follow(pose(), kStep, ground, world_, body_);
+    }
+    return {};
+}
+
+Pose LiveWorld::pose() const {
+    Pose pose;
+    if (!body_.is_valid()) return pose;
+    pose = world_.state(body_).pose;
+    if (being_ == Being::walker) {
+        pose.rotation << heading_.x(), -heading_.y(), 0.0,  //
+            heading_.y(), heading_.x(), 0.0,                //
+            0.0, 0.0, 1.0;
+    }
+    return pose;
+}
+
+View LiveWorld::view(const View& picture) const {
+    return camera_ ? camera_->view(picture) : picture;
+}
+
+Result<void> LiveWorld::show(BodyNodes& nodes) {
+    const auto show_body = [&](const BodyId& id) {
+        BodyState state = world_.states()[id.index];
+        // bodies that wake and sleep would flicker
+        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
+        return nodes.show(id.index, world_.settings()[id.index].shape, state);
+    };
+    for (const BodyId id : scene_ids_) TERRANE_TRY(show_body(id));
+    for (const BodyId id : thrown_) TERRANE_TRY(show_body(id));
+    const VehicleState* vehicle = world_.vehicle(body_);
+    const CharacterState* walker = world_.character(body_);
+    if (vehicle == nullptr) nodes.remove_vehicle();
+    if (walker == nullptr) nodes.remove_character();
+    if (vehicle != nullptr) return nodes.show(*world_.vehicle_settings(body_), *vehicle);
+    if (walker != nullptr) {
+        return nodes.show(kWalker, pose(), walked_, walker->body.velocity.head<2>().norm());
+    }
+    return {};
+}
+
+}  // namespace terrane::tools

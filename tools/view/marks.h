@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/collision/world.h>
+#include <terrane/render/terrain_renderer.h>
+#include <terrane/terrain/triangulator.h>
+#include <terrane/terrain/view.h>
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace terrane::tools {
+
+/// What the colours over the ground show.
+enum class GroundColours {
+    none,
+    levels,  ///< level of detail: blue is coarse, red fine
+    chunks,  ///< a colour for each chunk, so that borders show
+    error,   ///< certified error of each chunk: blue is none, red that of the frame
+    late,    ///< chunks that should be finer, and whose finer chunks have not arrived
+};
+inline constexpr std::array<const char*, 5> kGroundColourNames{"none", "levels", "chunks", "error",
+                                                               "late"};
+
+/// Certified error of the part of the ground that a chunk of a mesh draws, pixels of the picture's centre: its share of
+/// the threshold, and the bounds of the quarters that no finer chunk draws, at their least distance from the eye.
+double chunk_error_px(const TerrainMesh& mesh, const MeshChunk& chunk, const View& view,
+                      double morph_ratio);
+
+/// The colours of the chunks of a mesh; null for GroundColours::none. References `mesh`, and is valid as long as it.
+///
+/// @param max_error_px the frame's target
+std::function<GroundMark(const MeshChunk&)> ground_marks(GroundColours colours,
+                                                         const TerrainMesh& mesh, const View& view,
+                                                         double max_error_px, double morph_ratio);
+
+/// A line or a point over a picture, pixels from its left upper corner.
+struct PictureLine {
+    std::array<float, 4> ends{};    ///< x, y, x, y
+    std::array<float, 3> colour{};  ///< with display gamma
+};
+
+/// Projects lines of the world onto a picture.
+class LineProjector {
+public:
+    explicit LineProjector(const View& view);
+
+    /// Adds the part of a segment in front of the eye.
+    void add(const WorldPos& from_world, const WorldPos& to_world,
+             const std::array<float, 3>& colour, std::vector<PictureLine>& lines_out) const;
+    /// The place of a point; none if it is not in front of the eye.
+    std::optional<std::array<double, 2>> place_of(const WorldPos& p_world) const;
+
+private:
+    Eigen::Vector3d in_eye(const WorldPos& p_world) const;
+    std::array<double, 2> on_picture(const Eigen::Vector3d& p_eye) const;
+
+    View view_;
+    Eigen::Vector3d right_;
+};
+
+/// Which marks of bodies are drawn.
+struct BodyMarks {
+    bool contacts = false;  ///< points with normals, and impulses
+    bool bounds = false;    ///< bounding boxes, grey for sleeping bodies
+    bool needs = false;     ///< the ground that bodies need
+};
+
+/// Lines for the bodies of a world.
+void add_body_marks(const World& world, std::span<const BodyNeed> needs, const BodyMarks& marks,
+                    const LineProjector& projector, std::vector<PictureLine>& lines_out);
+
+}  // namespace terrane::tools

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: MIT
+#include "view/overlay.h"
+
+#include <fmt/format.h>
+
+// no OpenGL headers
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <imgui.h>
+#include <imgui_impl_glfw.h>
+#include <imgui_impl_opengl3.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr std::size_t kPlotted = 180;  // frames
+constexpr float kMargin = 10.0f;       // pixels between panels and the window's edges
+
+constexpr std::array<KeyHelp, 30> kKeys{{
+    {"W A S D", "fly, walk or drive", true},
+    {"right mouse", "look around (hold)", true},
+    {"wheel", "faster or slower; nearer in an orbit", true},
+    {"double click", "fly there", true},
+    {"Tab", "camera, walker, vehicle", true},
+    {"F", "throw a crate", true},
+    {"left mouse", "pull a body; on the ground: what is here?", true},
+    {"X / C / Z", "dig, fill and undo at the cursor", true},
+    {"Space", "play or pause; drag the timeline to seek", true},
+    {"F1", "all keys", true},
+    {"F2", "panel of figures and dials"},
+    {"M", "map"},
+    {"E / Q", "up and down"},
+    {"Shift", "five times as fast; run"},
+    {"J", "jump, as a walker"},
+    {"B", "brake, as a driver"},
+    {"U", "put the vehicle on its wheels"},
+    {"O", "orbit the point at the cursor, or stop"},
+    {"H", "back to the start"},
+    {"N", "look along true north"},
+    {"1 to 9", "go to a bookmark; with Ctrl set it"},
+    {", and .", "a frame back or forth"},
+    {"[ and ]", "slower or faster playback"},
+    {"L", "loop the playback"},
+    {"P", "back onto the path"},
+    {"G", "colours of the ground: levels, chunks, error, late"},
+    {"T", "wireframe"},
+    {"F11", "full screen"},
+    {"F12 / R", "picture, film"},
+    {"K", "copy as command"},
+}};
+
+// A slider over powers of ten.
+bool log_slider(const char* label, double& value, double low, double high, const char* format) {
+    return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
+                               ImGuiSliderFlags_Logarithmic);
+}
+
+void show_bar(const char* label, double value, double most, const std::string& text) {
+    ImGui::ProgressBar(most > 0.0 ? static_cast<float>(std::min(1.0, value / most)) : 0.0f,
+                       ImVec2(ImGui::CalcItemWidth(), 0.0f), text.c_str());
+    ImGui::SameLine();
+    ImGui::TextUnformatted(label);
+}
+
+template <std::size_t n>
+void plot(const char* label, const std::deque<std::array<float, n>>& values, std::size_t column) {
+    std::vector<float> column_values;
+    for (const std::array<float, n>& row : values) column_values.push_back(row[column]);
+    float most = 0.0f;
+    for (const float value : column_values)
+        if (std::isfinite(value)) most = std::max(most, value);
+    const std::string text =
+        column_values.empty() ? "" : fmt::format("{:.2f}", column_values.back());
+    ImGui::PlotLines(label, column_values.data(), static_cast<int>(column_values.size()), 0,
+                     text.c_str(), 0.0f, 1.1f * most, ImVec2(ImGui::CalcItemWidth(), 34.0f));
+}
+
+ImU32 colour_of(const std::array<float, 3>& rgb, float alpha = 1.0f) {
+    return ImGui::ColorConvertFloat4ToU32(ImVec4(rgb[0], rgb[1], rgb[2], alpha));
+}
+
+void begin_panel(const char* name, bool* is_open) {
+    ImGui::SetNextWindowBgAlpha(0.78f);
+    ImGui::Begin(name, is_open,
+                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
+}
+
+}  // namespace
+
+std::span<const KeyHelp> key_helps() { return kKeys; }
+
+Overlay::Overlay(Window& window) : window_(window) {
+    IMGUI_CHECKVERSION();
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;  // writes no file
+    io.LogFilename = nullptr;
+    ImGui::StyleColorsDark();
+    const auto scale = static_cast<float>(window.content_scale());
+    ImGui::GetStyle().ScaleAllSizes(scale);
+    io.FontGlobalScale = scale;
+    ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
+    ImGui_ImplOpenGL3_Init("#version 450 core");
+}
+
+Overlay::~Overlay() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+}
+
+bool Overlay::takes_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+bool Overlay::takes_keys() const { return ImGui::GetIO().WantTextInput; }
+
+double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timeline) {
+    const FrameRecord& frame = *facts.frame;
+    times_.push_back({static_cast<float>(frame.update_ms), static_cast<float>(facts.draw_ms),
+                      static_cast<float>(facts.wait_ms)});
+    errors_.push_back({static_cast<float>(frame.error_px), static_cast<float>(frame.max_error_px)});
+    if (times_.size() > kPlotted) times_.pop_front();
+    if (errors_.size() > kPlotted) errors_.pop_front();
+    if (help == Help::none && !shows_panel && !shows_map && facts.lines.empty()) {
+        ImGui::GetIO().WantCaptureMouse = false;
+        return 0.0;
+    }
+    if (window_.width_px() < 1 || window_.height_px() < 1) return 0.0;
+    const auto start = std::chrono::steady_clock::now();
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    ImDrawList* const back = ImGui::GetBackgroundDrawList();
+    // from pixels of the picture, which fills the window, to ImGui's units
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    const float x_scale = size.x / static_cast<float>(std::max(1, facts.view.width_px));
+    const float y_scale = size.y / static_cast<float>(std::max(1, facts.view.height_px));
+    for (const PictureLine& line : facts.lines) {
+        back->AddLine(ImVec2(line.ends[0] * x_scale, line.ends[1] * y_scale),
+                      ImVec2(line.ends[2] * x_scale, line.ends[3] * y_scale),
+                      colour_of(line.colour), 1.5f);
+    }
+    if (help != Help::none) draw_help();
+    if (shows_panel) {
+        draw_panel(facts, dials);
+        draw_timeline(timeline);
+    }
+    if (shows_map) draw_map(facts);
+    ImGui::Render();
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+void Overlay::draw_help() {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(size.x - kMargin, kMargin), ImGuiCond_Always,
+                            ImVec2(1.0f, 0.0f));
+    bool is_open = true;
+    begin_panel(help == Help::first ? "Ten keys" : "Keys", &is_open);
+    if (ImGui::BeginTable("keys", 2)) {
+        for (const KeyHelp& key : kKeys) {
+            if (help == Help::first && !key.is_first) continue;
+            ImGui::TableNextRow();
+            ImGui::TableNextColumn();
+            const ImVec4 colour =
+                key.is_first ? ImVec4(1.0f, 0.85f, 0.3f, 1.0f) : ImVec4(0.8f, 0.8f, 0.8f, 1.0f);
+            ImGui::TextColored(colour, "%s", key.keys);
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(key.does);
+        }
+        ImGui::EndTable();
+    }
+    ImGui::End();
+    if (!is_open) help = Help::none;
+}
+
+void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
+    const FrameRecord& frame = *facts.frame;
+    ImGui::SetNextWindowPos(ImVec2(kMargin, kMargin), ImGuiCond_FirstUseEver);
+    begin_panel("Terrane", &shows_panel);
+    ImGui::PushItemWidth(170.0f * static_cast<float>(window_.content_scale()));
+    const WorldPos& eye = facts.view.eye_world;
+    ImGui::Text("eye %.1f, %.1f, %.1f m", eye.x(), eye.y(), eye.z());
+    if (std::isfinite(facts.altitude)) {
+        ImGui::SameLine();
+        ImGui::Text("  %.1f m above ground", facts.altitude);
+    }
+    if (!facts.lonlat.empty()) ImGui::TextUnformatted(facts.lonlat.c_str());
+    ImGui::Separator();
+    ImGui::TextUnformatted("Frame, ms");
+    plot("update", times_, 0);
+    plot("draw", times_, 1);
+    plot("wait", times_, 2);
+    show_bar("triangles", static_cast<double>(frame.triangles), static_cast<double>(frame.budget),
+             fmt::format("{} of {}", frame.triangles, frame.budget));
+    show_bar("memory", static_cast<double>(frame.paging.resident_bytes),
+             static_cast<double>(facts.memory_bytes),
+             fmt::format("{:.1f} of {:.0f} MB",
+                         static_cast<double>(frame.paging.resident_bytes) * 0x1p-20,
+                         static_cast<double>(facts.memory_bytes) * 0x1p-20));
+    plot("error, px", errors_, 0);
+    ImGui::Text("certified %.3f px, target %.3g px: %s", frame.error_px, frame.max_error_px,
+                name_of(frame.status));
+    ImGui::Text("late chunks %zu, resident %zu", frame.paging.late_chunks,
+                frame.paging.resident_chunks);
+    if (frame.has_objects) {
+        ImGui::Text("objects %zu with %zu triangles", frame.objects_drawn, frame.object_triangles);
+    }
+    if (facts.live != nullptr) {
+        const StepReport& step = facts.live->last();
+        ImGui::Text("bodies: %llu awake, %llu asleep, %llu parked",
+                    static_cast<unsigned long long>(step.awake),
+                    static_cast<unsigned long long>(step.asleep),
+                    static_cast<unsigned long long>(step.parked));
+        ImGui::Text("deepest %.4f m, fell through %llu", facts.live->totals().max_depth_m,
+                    static_cast<unsigned long long>(facts.live->totals().fell_through));
+    }
+    draw_dials(facts, dials);
+    if (!facts.picked.empty()) ImGui::Separator();
+    for (const std::string& line : facts.picked) ImGui::TextUnformatted(line.c_str());
+    if (!facts.note.empty()) {
+        ImGui::Separator();
+        ImGui::TextUnformatted(facts.note.c_str());
+    }
+    ImGui::PopItemWidth();
+    ImGui::End();
+}
+
+void Overlay::draw_dials(const ViewFacts&, ViewDials& dials) {
+    if (ImGui::CollapsingHeader("Dials", ImGuiTreeNodeFlags_DefaultOpen)) {
+        log_slider("budget", dials.budget, 1000.0, 4e6, "%.0f");
+        log_slider("target, px", dials.max_error_px, 0.1, 32.0, "%.2f");
+        log_slider("morph ratio", dials.morph_ratio, 1.0, 16.0, "%.2f");
+        double low = -180.0, high = 360.0;
+        ImGui::SliderScalar("sun azimuth", ImGuiDataType_Double, &dials.sun_deg[0], &low, &high,
+                            "%.0f deg");
+        low = -5.0;
+        high = 90.0;
+        ImGui::SliderScalar("sun elevation", ImGuiDataType_Double, &dials.sun_deg[1], &low, &high,
+                            "%.0f deg");
+        log_slider("brush, m", dials.brush_radius, 0.1, 1000.0, "%.1f");
+    }
+    if (ImGui::CollapsingHeader("Show", ImGuiTreeNodeFlags_DefaultOpen)) {
+        int colours = static_cast<int>(dials.colours);
+        ImGui::Combo("ground", &colours, kGroundColourNames.data(),
+                     static_cast<int>(kGroundColourNames.size()));
+        dials.colours = static_cast<GroundColours>(colours);
+        ImGui::Checkbox("wireframe", &dials.wireframe);
+        ImGui::SameLine();
+        ImGui::Checkbox("contacts", &dials.bodies.contacts);
+        ImGui::Checkbox("bounds", &dials.bodies.bounds);
+        ImGui::SameLine();
+        ImGui::Checkbox("needs", &dials.bodies.needs);
+        int vehicle = static_cast<int>(dials.vehicle);
+        const std::vector<std::string> names = vehicle_names();
+        ImGui::Combo(
+            "vehicle", &vehicle,
+            [](void* data, int row, const char** text_out) {
+                *text_out = (*static_cast<const std::vector<std::string>*>(
+                    data))[static_cast<std::size_t>(row)]
+                                .c_str();
+                return true;
+            },
+            const_cast<std::vector<std::string>*>(&names), static_cast<int>(names.size()));
+        dials.vehicle = static_cast<VehicleKind>(vehicle);
+    }
+}
+
+void Overlay::draw_timeline(Timeline& timeline) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, size.y - kMargin), ImGuiCond_Always,
+                            ImVec2(0.5f, 1.0f));
+    ImGui::SetNextWindowBgAlpha(0.78f);
+    ImGui::Begin("Timeline", nullptr,
+                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoTitleBar |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoMove);
+    if (ImGui::Button(timeline.is_playing() ? "Pause" : "Play ")) timeline.toggle();
+    ImGui::SameLine();
+    if (std::isfinite(timeline.duration())) {
+        double time = timeline.time(), low = 0.0, high = timeline.duration();
+        ImGui::SetNextItemWidth(std::max(80.0f, 0.5f * size.x));
+        if (ImGui::SliderScalar("##time", ImGuiDataType_Double, &time, &low, &high, "%.2f s")) {
+            timeline.pause();
+            timeline.seek(time);
+        }
+    } else {
+        ImGui::Text("%.2f s", timeline.time());
+    }
+    ImGui::SameLine();
+    double rate = timeline.rate();
+    ImGui::SetNextItemWidth(90.0f);
+    if (log_slider("##rate", rate, Timeline::kLeastRate, Timeline::kMostRate, "%.2gx"))
+        timeline.set_rate(rate);
+    if (std::isfinite(timeline.duration())) {
+        bool loops = timeline.loops();
+        ImGui::SameLine();
+        if (ImGui::Checkbox("loop", &loops)) timeline.set_loops(loops);
+    }
+    ImGui::End();
+}
+
+void Overlay::draw_map(const ViewFacts& facts) {
+    constexpr float kSide = 260.0f;
+    const ImVec2 window_size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(window_size.x - kMargin, window_size.y - kMargin),
+                            ImGuiCond_FirstUseEver, ImVec2(1.0f, 1.0f));
+    begin_panel("Map", &shows_map);
+    log_slider("side, m", map_side_, 100.0, 1e6, "%.0f");
+    const ImVec2 corner = ImGui::GetCursorScreenPos();
+    ImGui::InvisibleButton("map", ImVec2(kSide, kSide));
+    ImDrawList* const list = ImGui::GetWindowDrawList();
+    const ImVec2 end(corner.x + kSide, corner.y + kSide);
+    list->PushClipRect(corner, end, true);
+    list->AddRectFilled(corner, end, IM_COL32(20, 24, 28, 255));
+    const WorldPos& eye = facts.view.eye_world;
+    const double scale = static_cast<double>(kSide) / map_side_;
+    const auto at = [&](double x, double y) {
+        return ImVec2(corner.x + 0.5f * kSide + static_cast<float>((x - eye.x()) * scale),
+                      corner.y + 0.5f * kSide - static_cast<float>((y - eye.y()) * scale));
+    };
+    if (facts.resident != nullptr) {
+        const Lattice& lattice = facts.resident->lattice();
+        const float finest = static_cast<float>(std::max(1, lattice.finest_level));
+        for (const std::shared_ptr<const Chunk>& chunk : facts.resident->chunks()) {
+            const std::int64_t side = kChunkCells * chunk->step;
+            const ImVec2 low = at(lattice.x(chunk->corner.x), lattice.y(chunk->corner.y));
+            const ImVec2 high =
+                at(lattice.x(chunk->corner.x + side), lattice.y(chunk->corner.y + side));
+            const float share = static_cast<float>(chunk->key.level) / finest;
+            list->AddRect(ImVec2(low.x, high.y), ImVec2(high.x, low.y),
+                          colour_of({0.2f + 0.8f * share, 0.45f, 1.0f - 0.8f * share}, 0.8f));
+        }
+    }
+    for (std::size_t i = 1; i < facts.path.size(); ++i) {
+        const WorldPos &from = facts.path[i - 1], &to = facts.path[i];
+        list->AddLine(at(from.x(), from.y()), at(to.x(), to.y()), IM_COL32(255, 220, 80, 255));
+    }
+    if (facts.live != nullptr) {
+        for (const BodyState& state : facts.live->world().states()) {
+            if (state.condition == BodyCondition::removed) continue;
+            const WorldPos& p = state.pose.translation;
+            list->AddCircleFilled(at(p.x(), p.y()), 2.0f, IM_COL32(120, 255, 120, 255), 6);
+        }
+    }
+    const Eigen::Vector3d& forward = facts.view.forward;
+    const double reach = 0.12 * map_side_;
+    const Eigen::Vector2d ahead = reach * forward.head<2>();
+    const Eigen::Vector2d side(0.4 * ahead.y(), -0.4 * ahead.x());
+    list->AddTriangle(at(eye.x(), eye.y()),
+                      at(eye.x() + ahead.x() + side.x(), eye.y() + ahead.y() + side.y()),
+                      at(eye.x() + ahead.x() - side.x(), eye.y() + ahead.y() - side.y()),
+                      IM_COL32(255, 255, 255, 255));
+    list->PopClipRect();
+    ImGui::End();
+}
+
+}  // namespace terrane::tools

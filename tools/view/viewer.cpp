@@ -1,0 +1,395 @@
+// SPDX-License-Identifier: MIT
+#include "view/viewer.h"
+
+#include "flight/flight_output.h"
+#include "flight/pictures.h"
+#include "program/output_file.h"
+#include "program/progress.h"
+#include "program/summary.h"
+
+#include <terrane/render/sun_position.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <numbers>
+#include <thread>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kLongestFrame = 0.25;    // seconds of real time that a frame may advance
+constexpr double kSimulationShare = 0.1;  // seconds of a frame after which steps are left out
+constexpr double kStartAltitude = 30.0;   // metres above the ground
+constexpr double kStartElevation = -8.0;  // degrees
+constexpr double kEyeRadius = 0.5;  // metres, of the ball that keeps the eye out of the ground
+constexpr double kFilmRate = 30.0;  // frames a second
+
+double median(std::vector<double> values) {
+    if (values.empty()) return 0.0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+CameraPose pose_at(const CameraPlace& place) {
+    const double azimuth = place.azimuth_deg * kDegree, elevation = place.elevation_deg * kDegree;
+    CameraPose pose;
+    pose.eye_world = place.eye_world;
+    pose.forward = {std::cos(elevation) * std::sin(azimuth),
+                    std::cos(elevation) * std::cos(azimuth), std::sin(elevation)};
+    return pose;
+}
+
+// Azimuth and elevation of a direction, degrees.
+std::array<double, 2> degrees_of(const Eigen::Vector3d& direction) {
+    return {std::atan2(direction.x(), direction.y()) / kDegree,
+            std::asin(std::clamp(direction.normalized().z(), -1.0, 1.0)) / kDegree};
+}
+
+}  // namespace
+
+Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
+               std::unique_ptr<GroundBrush> brush, ViewerSettings settings, Window window,
+               GlContext context, TerrainRenderer renderer, FrameMaker maker, LiveWorld live)
+    : options_(options),
+      terrain_(terrain),
+      brush_(std::move(brush)),
+      settings_(std::move(settings)),
+      window_(std::move(window)),
+      context_(std::move(context)),
+      renderer_(std::move(renderer)),
+      maker_(std::move(maker)),
+      live_(std::move(live)),
+      picture_(make_view(options.size, options.fov_deg)),
+      timeline_(settings_.path ? settings_.path->duration()
+                               : std::numeric_limits<double>::infinity()) {}
+
+Viewer::~Viewer() {
+    if (log_ != nullptr) std::fclose(log_);
+}
+
+CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& options,
+                                                      const Terrain& terrain,
+                                                      std::unique_ptr<GroundBrush> brush,
+                                                      ViewerSettings settings) {
+    TERRANE_TRY(Window window, Window::create("terrane: " + terrain.name, options.size.width_px,
+                                              options.size.height_px, settings.waits_for_display));
+    TERRANE_TRY(GlContext context, GlContext::adopt_current());
+    TERRANE_TRY(const RendererSettings of_renderer,
+                picture_settings(options, terrain, context.is_software()));
+    TERRANE_TRY(TerrainRenderer renderer,
+                TerrainRenderer::create(context, options.size.width_px, options.size.height_px,
+                                        of_renderer));
+    TERRANE_TRY(FrameMaker maker,
+                FrameMaker::create(terrain.source, frame_maker_settings(options)));
+    TERRANE_TRY(LiveWorld live, LiveWorld::create(terrain));
+    std::unique_ptr<Viewer> made(
+        new Viewer(options, terrain, std::move(brush), std::move(settings), std::move(window),
+                   std::move(context), std::move(renderer), std::move(maker), std::move(live)));
+    Viewer& viewer = *made;
+    TERRANE_TRY(std::unique_ptr<ObjectField> objects,
+                make_object_field(viewer.options_, terrain, &viewer.renderer_));
+    viewer.nodes_.emplace(*objects, &viewer.renderer_, viewer.options_.shows_proxies);
+    viewer.nodes_->set_meshes(terrain.bodies);
+    for (std::size_t i = 0; i < terrain.bodies.size(); ++i)
+        viewer.nodes_->set_node(i, terrain.bodies[i]);
+    viewer.maker_.set_objects(std::move(objects));
+    if (terrain.objects != nullptr) {
+        TERRANE_TRY(ObjectPicker picker, ObjectPicker::create(terrain.source, *terrain.objects));
+        viewer.picker_.emplace(std::move(picker));
+    }
+    if (const Result<Georeference> georeference = georeference_of(terrain); georeference)
+        viewer.georeference_ = *georeference;
+    if (!viewer.settings_.state_log.empty()) {
+        viewer.log_ = std::fopen(viewer.settings_.state_log.c_str(), "w");
+        if (viewer.log_ == nullptr)
+            return pass_on(cannot_write(viewer.settings_.state_log, errno).value());
+    }
+    const std::array<double, 2> sun = degrees_of(of_renderer.sun_direction);
+    viewer.dials_ = {.budget = static_cast<double>(options.budget),
+                     .max_error_px = options.max_error_px,
+                     .morph_ratio = options.morph_ratio,
+                     .sun_deg = sun,
+                     .vehicle = viewer.settings_.vehicle};
+    if (viewer.brush_ != nullptr) {
+        viewer.dials_.brush_radius =
+            std::max(viewer.dials_.brush_radius, viewer.brush_->least_radius());
+    }
+    viewer.applied_ = viewer.dials_;
+    viewer.overlay_ = std::make_unique<Overlay>(viewer.window_);
+    if (!viewer.settings_.shows_help) viewer.overlay_->help = Overlay::Help::none;
+    viewer.overlay_->shows_panel = viewer.settings_.shows_help;
+    TERRANE_TRY(viewer.begin());
+    return made;
+}
+
+// Puts the camera at its start, and loads what the first frame needs.
+CommandResult<void> Viewer::begin() {
+    const WorldVec2 start = start_of(terrain_);
+    CameraPlace place{.eye_world = {start.x(), start.y(),
+                                    terrain_.source->height(start.x(), start.y()) + kStartAltitude},
+                      .elevation_deg = kStartElevation};
+    if (settings_.place) place = *settings_.place;
+    home_ = settings_.path && !settings_.place ? settings_.path->at(0.0) : pose_at(place);
+    camera_.jump_to(home_);
+    if (settings_.path) {
+        follows_path_ = !settings_.place;
+        for (const PathMoment& moment : path_moments(*settings_.path))
+            path_points_.push_back(moment.pose.eye_world);
+    } else {
+        timeline_.play();
+    }
+    if (settings_.is_full_screen) window_.set_full_screen(true);
+    const WorldVec2 ahead = camera_.pose().forward.head<2>();
+    if (settings_.being == Being::driver)
+        live_.drive(settings_.vehicle, home_.eye_world.head<2>(), ahead);
+    if (settings_.being == Being::walker) live_.walk(home_.eye_world.head<2>(), ahead);
+    TERRANE_TRY(follow_window_size());
+    maker_.load_until_stable(view_now(), live_.needs(), clock_);
+    return {};
+}
+
+View Viewer::view_now() const {
+    if (live_.being() != Being::camera && !live_.is_waiting()) return live_.view(picture_);
+    return view_at(picture_, camera_.pose());
+}
+
+CameraPlace Viewer::place_now() const {
+    const View view = view_now();
+    const std::array<double, 2> angles = degrees_of(view.forward);
+    return {view.eye_world, angles[0], angles[1]};
+}
+
+std::optional<double> Viewer::altitude(const WorldPos& eye_world) const {
+    const Ground ground = maker_.pager().ground(terrain_.surface);
+    const HeightAnswer below = ground.height_below(eye_world.x(), eye_world.y(), eye_world.z());
+    if (below.status == QueryStatus::ok) return eye_world.z() - below.height;
+    const double height = terrain_.source->height(eye_world.x(), eye_world.y());
+    if (!std::isfinite(height)) return std::nullopt;
+    // below all surfaces, or its ground is not resident
+    return eye_world.z() - height;
+}
+
+// Where a motion of the eye ends: before the ground, or along it.
+WorldPos Viewer::stopped(const WorldPos& from_world, const WorldPos& to_world) const {
+    const Ground ground = maker_.pager().ground(terrain_.surface);
+    const QueryFilter ground_alone{.layers = 0};
+    WorldPos at = from_world;
+    Eigen::Vector3d left = to_world - from_world;
+    bool is_known = true;
+    // two slides are enough to stop in an edge between two slopes
+    for (int slide = 0; slide < 3 && left.norm() > 0.0; ++slide) {
+        Motion motion;
+        motion.start.translation = at;
+        motion.translation = left;
+        const CastQueryAnswer met =
+            live_.world().cast(ground, Sphere{kEyeRadius}, motion, ground_alone);
+        is_known = is_known && met.status == QueryStatus::ok;
+        if (!met.hit) {
+            at += left;
+            break;
+        }
+        at += met.fraction * left;
+        left *= 1.0 - met.fraction;
+        left -= std::min(0.0, left.dot(met.normal)) * met.normal;
+    }
+    if (is_known && ground.has_solids()) return at;
+    const double floor = terrain_.source->height(at.x(), at.y());
+    if (std::isfinite(floor)) at.z() = std::max(at.z(), floor + FreeCamera::kClearance);
+    return at;
+}
+
+Result<void> Viewer::follow_window_size() {
+    const int width = window_.width_px(), height = window_.height_px();
+    if (width < 1 || height < 1) return {};
+    if (width == picture_.width_px && height == picture_.height_px) return {};
+    TERRANE_TRY(renderer_.resize(width, height));
+    picture_.width_px = width;
+    picture_.height_px = height;
+    return {};
+}
+
+Result<void> Viewer::follow_dials() {
+    const ViewDials& now = dials_;
+    ViewDials& before = applied_;
+    if (now.budget != before.budget || now.max_error_px != before.max_error_px ||
+        now.morph_ratio != before.morph_ratio) {
+        TriangulatorSettings settings = frame_maker_settings(options_).triangulator;
+        settings.triangle_budget = static_cast<std::size_t>(std::max(now.budget, 1.0));
+        settings.max_error_px = now.max_error_px;
+        settings.morph_ratio = now.morph_ratio;
+        if (const Result<void> changed = maker_.set_triangulator(settings); !changed) {
+            say(changed.error().message);
+            dials_.budget = before.budget;
+            dials_.max_error_px = before.max_error_px;
+            dials_.morph_ratio = before.morph_ratio;
+        }
+    }
+    if (now.sun_deg != before.sun_deg) {
+        const Eigen::Vector3d sun =
+            direction_to_sun({now.sun_deg[0] * kDegree, now.sun_deg[1] * kDegree});
+        TERRANE_TRY(renderer_.set_sun(sun));
+        maker_.objects()->set_shadows(renderer_.shadows());
+    }
+    renderer_.set_wireframe(now.wireframe);
+    before = now;
+    return {};
+}
+
+// Simulates a duration in whole steps; leaves out what takes too long.
+Result<void> Viewer::simulate(double seconds) {
+    unsimulated_ += seconds;
+    const Clock::time_point start = Clock::now();
+    for (; unsimulated_ >= LiveWorld::kStep; unsimulated_ -= LiveWorld::kStep) {
+        TERRANE_TRY(live_.step(maker_.pager().ground(terrain_.surface)));
+        if (std::chrono::duration<double>(Clock::now() - start).count() < kSimulationShare)
+            continue;
+        unsimulated_ = 0.0;
+        break;
+    }
+    return {};
+}
+
+CommandResult<void> Viewer::make_frame(double dt) {
+    TERRANE_TRY(follow_window_size());
+    TERRANE_TRY(follow_dials());
+    clock_ += dt;
+    const double advanced = timeline_.advance(dt);
+    if (brush_ != nullptr) {
+        const Aabb changed = brush_->update(maker_.pager());
+        live_.world().wake(changed);
+    }
+    TERRANE_TRY(simulate(advanced));
+    if (follows_path_ && live_.being() == Being::camera)
+        camera_.jump_to(settings_.path->at(timeline_.time()));
+    const View view = view_now();
+    TERRANE_TRY(live_.show(*nodes_));
+    const CameraNeed camera{.view = view, .velocity = camera_.pose().velocity};
+    MadeFrame frame =
+        maker_.make(camera, live_.needs(), clock_, settings_.path ? timeline_.time() : clock_);
+    renderer_.set_ground_marks(
+        ground_marks(dials_.colours, frame.mesh, view, dials_.max_error_px, dials_.morph_ratio));
+    const Clock::time_point start = Clock::now();
+    TERRANE_TRY(renderer_.set_time(settings_.path ? timeline_.time() : clock_));
+    TERRANE_TRY(renderer_.draw(frame.mesh, view, frame.draws));
+    TERRANE_TRY(window_.draw(renderer_));
+    draw_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    frame.record.draw_ms = draw_ms_;
+    TERRANE_TRY(present(frame, view));
+    return {};
+}
+
+// Draws marks and panels, shows the window, and records.
+Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
+    std::vector<PictureLine> lines;
+    const LineProjector projector(view);
+    add_body_marks(live_.world(), live_.needs(), dials_.bodies, projector, lines);
+    if (live_.grabbed().is_valid())
+        projector.add(live_.grip_world(), live_.hand_world(), {1.0f, 1.0f, 1.0f}, lines);
+    ViewFacts facts;
+    facts.frame = &frame.record;
+    facts.draw_ms = draw_ms_;
+    facts.wait_ms = wait_ms_;
+    facts.memory_bytes = options_.memory_bytes();
+    facts.view = view;
+    facts.altitude = altitude(view.eye_world).value_or(std::numeric_limits<double>::quiet_NaN());
+    facts.speed_factor = camera_.speed_factor();
+    facts.lonlat = lonlat_text(view.eye_world);
+    facts.picked = picked_;
+    if (clock_ < note_until_) facts.note = note_;
+    facts.live = &live_;
+    facts.resident = maker_.pager().resident();
+    facts.path = path_points_;
+    facts.lines = lines;
+    overlay_ms_ = overlay_->draw(facts, dials_, timeline_);
+    if (film_) {
+        const Image image = renderer_.read();
+        for (; film_time_ <= film_clock_; film_time_ += 1.0 / kFilmRate)
+            TERRANE_TRY(film_->add(image));
+    }
+    const Clock::time_point start = Clock::now();
+    TERRANE_TRY(window_.show());
+    wait_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    draw_times_.push_back(draw_ms_);
+    overlay_times_.push_back(overlay_ms_);
+    ++totals_.frames;
+    // a margin for the rounding of the height
+    if (facts.altitude < -1e-3) ++totals_.below_ground;
+    log_state(frame, view);
+    return {};
+}
+
+void Viewer::log_state(const MadeFrame& frame, const View& view) {
+    if (log_ == nullptr) return;
+    const auto array = [](const Eigen::Vector3d& v) {
+        return nlohmann::ordered_json::array({v.x(), v.y(), v.z()});
+    };
+    const FrameRecord& record = frame.record;
+    constexpr std::array<const char*, 3> kBeings{"camera", "walker", "driver"};
+    nlohmann::ordered_json state;
+    state["frame"] = totals_.frames;
+    state["clock"] = clock_;
+    state["time"] = timeline_.time();
+    state["playing"] = timeline_.is_playing();
+    state["rate"] = timeline_.rate();
+    state["being"] = kBeings[static_cast<std::size_t>(live_.being())];
+    state["waiting"] = live_.is_waiting();
+    state["on_path"] = follows_path_;
+    state["size"] = {view.width_px, view.height_px};
+    state["eye"] = array(view.eye_world);
+    state["forward"] = array(view.forward);
+    const std::optional<double> height = altitude(view.eye_world);
+    state["altitude"] = height ? nlohmann::ordered_json(*height) : nlohmann::ordered_json();
+    if (live_.body().is_valid()) {
+        const BodyState& body = live_.world().state(live_.body());
+        state["body"] = {{"position", array(body.pose.translation)},
+                         {"speed", body.velocity.norm()}};
+    }
+    state["bodies"] = live_.world().states().size();
+    state["fell_through"] = live_.totals().fell_through;
+    state["triangles"] = record.triangles;
+    state["budget"] = record.budget;
+    state["error_px"] = std::isfinite(record.error_px) ? nlohmann::ordered_json(record.error_px)
+                                                       : nlohmann::ordered_json();
+    state["late"] = record.paging.late_chunks;
+    state["resident_bytes"] = record.paging.resident_bytes;
+    state["waiting_digs"] = brush_ != nullptr ? brush_->waiting() : 0;
+    state["update_ms"] = record.update_ms;
+    state["draw_ms"] = draw_ms_;
+    state["overlay_ms"] = overlay_ms_;
+    state["help"] = overlay_->help != Overlay::Help::none;
+    state["picked"] = picked_;
+    state["note"] = note_;
+    const std::string line = state.dump() + "\n";
+    std::fwrite(line.data(), 1, line.size(), log_);
+    std::fflush(log_);
+}
+
+CommandResult<ViewTotals> Viewer::run() {
+    watch_for_interrupts();
+    Clock::time_point last = Clock::now();
+    while (!window_.is_closed() && !is_interrupted() && clock_ < settings_.seconds) {
+        const Clock::time_point now = Clock::now();
+        const double dt =
+            std::min(std::chrono::duration<double>(now - last).count(), kLongestFrame);
+        last = now;
+        film_clock_ += dt;
+        TERRANE_TRY(react(window_.take_input(), dt));
+        TERRANE_TRY(make_frame(dt));
+    }
+    if (film_) {
+        TERRANE_TRY(film_->finish());
+    }
+    totals_.bodies = live_.totals();
+    totals_.draw_ms_median = median(draw_times_);
+    totals_.overlay_ms_median = median(overlay_times_);
+    return totals_;
+}
+
+}  // namespace terrane::tools

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "flight/film.h"
+#include "flight/flight_options.h"
+#include "flight/window.h"
+#include "frames/frame_maker.h"
+#include "program/command.h"
+#include "query/object_picker.h"
+#include "scene/ground_brush.h"
+#include "view/free_camera.h"
+#include "view/live_world.h"
+#include "view/overlay.h"
+#include "view/timeline.h"
+
+#include <terrane/dem/georeference.h>
+#include <terrane/playback/camera_path.h>
+#include <terrane/render/terrain_renderer.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace terrane::tools {
+
+/// Where a camera looks from, as the command line names it.
+struct CameraPlace {
+    WorldPos eye_world = WorldPos::Zero();
+    double azimuth_deg = 0.0;    ///< clockwise from world y
+    double elevation_deg = 0.0;  ///< above the horizon
+};
+
+/// Settings of a view besides those of its frames.
+struct ViewerSettings {
+    std::optional<CameraPath> path = {};    ///< that the timeline plays; absent: the simulation
+    std::optional<CameraPlace> place = {};  ///< absent: above the start, or the start of the path
+    Being being = Being::camera;            ///< at the start
+    VehicleKind vehicle = VehicleKind::truck;
+    bool waits_for_display = true;
+    bool is_full_screen = false;
+    bool shows_help = true;
+    double seconds = std::numeric_limits<double>::infinity();  ///< after which the window closes
+    std::string folder = ".";                                  ///< of pictures and films
+    std::string state_log = {};  ///< file of a JSON line for each frame; "": none
+    /// The command line that makes a view from a place, without it.
+    std::function<std::string(const CameraPlace& place)> command_of;
+};
+
+/// What a view counted.
+struct ViewTotals {
+    std::size_t frames = 0;
+    LiveTotals bodies;
+    std::size_t below_ground = 0;  ///< frames whose eye was below the ground
+    double draw_ms_median = 0.0, overlay_ms_median = 0.0;
+};
+
+/// A window that flies, walks, drives, digs and plays.
+class Viewer {
+public:
+    /// Opens the window. Fails with device_unavailable if there is no display; as FrameMaker::create(),
+    /// TerrainRenderer::create(), make_object_field() and LiveWorld::create().
+    ///
+    /// @param terrain with the source of `brush`; must outlive the viewer
+    /// @param brush   null: no digging
+    static CommandResult<std::unique_ptr<Viewer>> create(const FlightOptions& options,
+                                                         const Terrain& terrain,
+                                                         std::unique_ptr<GroundBrush> brush,
+                                                         ViewerSettings settings);
+    ~Viewer();
+
+    /// Shows frames until the user closes the window. Fails with device_unavailable if the display goes away; with io
+    /// for files that cannot be written.
+    CommandResult<ViewTotals> run();
+
+    const std::string& renderer_name() const { return context_.renderer_name(); }
+
+private:
+    using Clock = std::chrono::steady_clock;
+    /// What is at a point of the picture.
+    struct Pick {
+        WorldPos point_world = WorldPos::Zero();
+        BodyId body{};
+        std::vector<std::string> lines;
+    };
+
+    Viewer(const FlightOptions& options, const Terrain& terrain, std::unique_ptr<GroundBrush> brush,
+           ViewerSettings settings, Window window, GlContext context, TerrainRenderer renderer,
+           FrameMaker maker, LiveWorld live);
+
+    // viewer.cpp
+    CommandResult<void> begin();
+    CommandResult<void> make_frame(double dt);
+    Result<void> simulate(double seconds);
+    Result<void> present(const MadeFrame& frame, const View& view);
+    Result<void> follow_window_size();
+    Result<void> follow_dials();
+    WorldPos stopped(const WorldPos& from_world, const WorldPos& to_world) const;
+    std::optional<double> altitude(const WorldPos& eye_world) const;
+    View view_now() const;
+    CameraPlace place_now() const;
+    void say(std::string note);
+    void log_state(const MadeFrame& frame, const View& view);
+
+    // viewer_input.cpp
+    Result<void> react(const WindowInput& input, double dt);
+    Result<void> react_to_key(const WindowInput::Press& key);
+    void go(const CameraPose& pose);
+    void react_to_button(const WindowInput::Press& button);
+    void steer(const WindowInput& input, double dt);
+    CameraControls camera_controls(const WindowInput& input, double dt) const;
+    void change_being();
+    std::optional<Pick> pick(double x_px, double y_px) const;
+    std::string lonlat_text(const WorldPos& p_world) const;
+    void dig(bool fills);
+    Result<void> take_picture();
+    Result<void> toggle_film();
+    std::string free_name(const std::string& ending) const;
+
+    FlightOptions options_;
+    const Terrain& terrain_;
+    std::unique_ptr<GroundBrush> brush_;
+    ViewerSettings settings_;
+    Window window_;  // whose context the renderer draws in
+    GlContext context_;
+    TerrainRenderer renderer_;
+    FrameMaker maker_;
+    LiveWorld live_;
+    std::optional<BodyNodes> nodes_;
+    std::unique_ptr<Overlay> overlay_;
+    mutable std::optional<ObjectPicker> picker_;  // absent without objects
+    std::optional<Georeference> georeference_;
+
+    View picture_;  // size and field of view
+    FreeCamera camera_{CameraPose{}};
+    CameraPose home_;
+    std::map<int, CameraPose> bookmarks_;
+    Timeline timeline_;
+    std::vector<WorldPos> path_points_;
+    bool follows_path_ = false;  // whether the camera is on the path
+    ViewDials dials_, applied_;
+    double clock_ = 0.0;        // the pager's, seconds
+    double unsimulated_ = 0.0;  // seconds of playback not simulated yet, less than a step
+    WindowInput input_;
+    double last_click_ = -1.0;    // clock of the last left click
+    double grab_distance_ = 0.0;  // from the eye to a grabbed body, metres
+    std::vector<std::string> picked_;
+    std::string note_;
+    double note_until_ = 0.0;
+    double draw_ms_ = 0.0, wait_ms_ = 0.0, overlay_ms_ = 0.0;
+    std::vector<double> draw_times_, overlay_times_;
+    ViewTotals totals_;
+    std::optional<Film> film_;
+    double film_time_ = 0.0;   // of the film's next frame, seconds
+    double film_clock_ = 0.0;  // since the film began, seconds
+    std::FILE* log_ = nullptr;
+};
+
+}  // namespace terrane::tools

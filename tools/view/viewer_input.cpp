@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: MIT
+#include "view/viewer.h"
+
+#include <terrane/terrain/view.h>
+
+// no OpenGL headers
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <utility>
+
+namespace terrane::tools {
+namespace {
+
+constexpr double kRadiansPerPixel = 0.004;  // of a mouse that looks around
+constexpr double kDoubleClick = 0.35;       // seconds
+constexpr double kFarthestPick = 1e5;       // metres
+constexpr double kNearPick = 2000.0;        // metres, up to which the contact surface is asked
+constexpr double kFlyShare = 0.15;          // of the distance, left after a flight to a point
+constexpr double kThrowSpeed = 18.0;        // m/s
+constexpr double kWalkSpeed = 2.0, kRunSpeed = 6.0;  // m/s
+constexpr double kNoteTime = 4.0;                    // seconds for which a message is shown
+constexpr double kFrameStep = 1.0 / 30.0;            // seconds
+
+const char* name_of(BodyCondition condition) {
+    switch (condition) {
+        case BodyCondition::awake:
+            return "awake";
+        case BodyCondition::asleep:
+            return "asleep";
+        case BodyCondition::parked:
+            return "parked";
+        case BodyCondition::left_world:
+            return "left the world";
+        case BodyCondition::fixed:
+            return "fixed";
+        case BodyCondition::removed:
+            break;
+    }
+    return "removed";
+}
+
+}  // namespace
+
+void Viewer::say(std::string note) {
+    note_ = std::move(note);
+    note_until_ = clock_ + kNoteTime;
+}
+
+std::string Viewer::lonlat_text(const WorldPos& p_world) const {
+    if (!georeference_) return "";
+    const Eigen::Vector3d lonlat = georeference_->lonlat_from_world(p_world);
+    if (!lonlat.allFinite()) return "";
+    return fmt::format("lon {:.6f}, lat {:.6f}", lonlat.x(), lonlat.y());
+}
+
+// The place where the camera is, off the path.
+void Viewer::go(const CameraPose& pose) {
+    live_.leave();
+    follows_path_ = false;
+    camera_.jump_to(pose);
+}
+
+namespace {
+
+// The first point of a ray below a heightfield, searched in steps that grow with the distance.
+std::optional<WorldPos> march(const HeightSource& source, const WorldPos& from,
+                              const Eigen::Vector3d& along) {
+    constexpr double kFirstStep = 0.25, kGrowth = 0.004;  // metres, and share of the distance
+    const auto is_below = [&](double distance) {
+        const WorldPos p = from + distance * along;
+        const double height = source.height(p.x(), p.y());
+        return std::isfinite(height) && p.z() <= height;
+    };
+    double before = 0.0;
+    for (double at = kFirstStep; at < kFarthestPick; at += kFirstStep + kGrowth * at) {
+        if (!is_below(at)) {
+            before = at;
+            continue;
+        }
+        for (int i = 0; i < 40; ++i) {
+            const double middle = 0.5 * (before + at);
+            (is_below(middle) ? at : before) = middle;
+        }
+        return WorldPos(from + at * along);
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
+    const View view = view_now();
+    const Eigen::Vector3d along = direction_through(view, x_px, y_px);
+    const WorldPos& eye = view.eye_world;
+    const Ground ground = maker_.pager().ground(terrain_.surface);
+    Pick pick;
+    double nearest = kFarthestPick;
+    const RayQueryAnswer body =
+        live_.world().ray(ground, eye, eye + kNearPick * along, {.include_ground = false});
+    if (body.hit) nearest = body.fraction * kNearPick;
+    const RayAnswer near = ground.ray(eye, eye + kNearPick * along);
+    std::optional<WorldPos> on_ground;
+    if (near.status == QueryStatus::ok) on_ground = near.point_world;
+    if (near.status != QueryStatus::ok) on_ground = march(*terrain_.source, eye, along);
+    bool is_ground = false;
+    if (on_ground && (*on_ground - eye).norm() < nearest) {
+        nearest = (*on_ground - eye).norm();
+        is_ground = true;
+    }
+    if (picker_) {
+        const auto found = picker_->ray(eye, eye + std::min(nearest, kNearPick) * along, 1.0);
+        if (found && *found) {
+            const PickedObject& object = **found;
+            pick.point_world = object.point_world;
+            pick.lines = {fmt::format("object {}, scale {:.3g}",
+                                      terrain_.objects->names[object.mesh], object.scale),
+                          fmt::format("at {:.2f}, {:.2f}, {:.2f} m", object.point_world.x(),
+                                      object.point_world.y(), object.point_world.z())};
+            return pick;
+        }
+    }
+    if (!is_ground && !body.hit) return std::nullopt;
+    pick.point_world = is_ground ? *on_ground : body.point_world;
+    const WorldPos& p = pick.point_world;
+    if (is_ground) {
+        pick.lines.push_back(fmt::format("ground {:.2f}, {:.2f}, {:.2f} m", p.x(), p.y(), p.z()));
+        if (near.status == QueryStatus::ok) {
+            const double slope = std::acos(std::clamp(near.normal.z(), -1.0, 1.0));
+            pick.lines.push_back(
+                fmt::format("within {:.3f} m of the true surface, slope {:.0f} deg", near.error_m,
+                            slope * 180.0 / std::numbers::pi));
+        }
+    } else {
+        const BodyState& state = live_.world().state(body.body);
+        const BodySettings& settings = live_.world().settings(body.body);
+        pick.body = body.body;
+        pick.lines.push_back(fmt::format("body {}: {}, {:.4g} kg", body.body.index,
+                                         name_of(state.condition), settings.mass));
+        pick.lines.push_back(fmt::format("at {:.2f}, {:.2f}, {:.2f} m, {:.2f} m/s", p.x(), p.y(),
+                                         p.z(), state.velocity.norm()));
+    }
+    if (std::string lonlat = lonlat_text(p); !lonlat.empty()) pick.lines.push_back(lonlat);
+    return pick;
+}
+
+CameraControls Viewer::camera_controls(const WindowInput& input, double) const {
+    const auto axis = [&input](int plus, int minus) {
+        return (input.is_held(plus) ? 1.0 : 0.0) - (input.is_held(minus) ? 1.0 : 0.0);
+    };
+    CameraControls controls;
+    controls.move = {axis(GLFW_KEY_D, GLFW_KEY_A) + input.left_stick[0],
+                     axis(GLFW_KEY_W, GLFW_KEY_S) + input.left_stick[1],
+                     axis(GLFW_KEY_E, GLFW_KEY_Q)};
+    controls.move = controls.move.cwiseMax(-1.0).cwiseMin(1.0);
+    controls.is_fast = input.is_held(GLFW_KEY_LEFT_SHIFT) || input.is_held(GLFW_KEY_RIGHT_SHIFT);
+    if (!overlay_->takes_mouse()) {
+        controls.wheel = input.wheel;
+        if (input.held_buttons.contains(GLFW_MOUSE_BUTTON_RIGHT)) {
+            controls.turn = kRadiansPerPixel * input.moved_x;
+            controls.lift = -kRadiansPerPixel * input.moved_y;
+        }
+    }
+    return controls;
+}
+
+// Passes held keys and the mouse on to the camera, walker or vehicle.
+void Viewer::steer(const WindowInput& input, double dt) {
+    const CameraControls controls = camera_controls(input, dt);
+    if (live_.being() == Being::camera) {
+        const bool is_moved =
+            !controls.move.isZero() || controls.turn != 0.0 || controls.lift != 0.0;
+        if (follows_path_ && is_moved) {
+            follows_path_ = false;
+            say("off the path: P returns to it");
+        }
+        if (follows_path_) return;
+        camera_.move(
+            controls, dt, altitude(camera_.pose().eye_world),
+            [this](const WorldPos& from, const WorldPos& to) { return stopped(from, to); });
+        return;
+    }
+    if (live_.is_waiting()) return;
+    if (live_.being() == Being::driver) {
+        live_.turn_camera(controls.turn);
+        const double brake = input.is_held(GLFW_KEY_B) ? 1.0 : 0.0;
+        const double pedals = input.triggers[1] - input.triggers[0];
+        live_.steer(VehicleControls{.throttle = std::clamp(controls.move.y() + pedals, -1.0, 1.0),
+                                    .brake = brake,
+                                    .steer = -controls.move.x()});
+        return;
+    }
+    live_.turn(-controls.turn);
+    const Pose pose = live_.pose();
+    const Eigen::Vector2d ahead = pose.rotation.col(0).head<2>();
+    const Eigen::Vector2d right(ahead.y(), -ahead.x());
+    const double speed = controls.is_fast ? kRunSpeed : kWalkSpeed;
+    const Eigen::Vector2d wanted = controls.move.y() * ahead + controls.move.x() * right;
+    live_.steer(WorldVec2(speed * (wanted.norm() > 1.0 ? wanted.normalized() : wanted)),
+                input.is_held(GLFW_KEY_J));
+}
+
+void Viewer::change_being() {
+    const View view = view_now();
+    const WorldVec2 place = live_.being() == Being::camera || live_.is_waiting()
+                                ? WorldVec2(view.eye_world.head<2>())
+                                : WorldVec2(live_.pose().translation.head<2>());
+    follows_path_ = false;
+    switch (live_.being()) {
+        case Being::camera:
+            live_.walk(place, view.forward.head<2>());
+            say("walker: W A S D, Shift runs, J jumps");
+            break;
+        case Being::walker:
+            live_.drive(dials_.vehicle, place, view.forward.head<2>());
+            say("vehicle: W A S D, B brakes, U puts it on its wheels");
+            break;
+        case Being::driver: {
+            CameraPose pose;
+            pose.eye_world = view.eye_world;
+            pose.forward = view.forward;
+            go(pose);
+            say("camera");
+            break;
+        }
+    }
+    if (!timeline_.is_playing()) timeline_.play();
+}
+
+void Viewer::dig(bool fills) {
+    if (brush_ == nullptr) {
+        say("digging needs a program that was built with TERRANE_VOLUME");
+        return;
+    }
+    const std::optional<Pick> at = pick(input_.x, input_.y);
+    if (!at || at->body.is_valid()) return;
+    const double radius = std::max(dials_.brush_radius, brush_->least_radius());
+    const Result<void> done =
+        fills ? brush_->fill(at->point_world, radius) : brush_->dig(at->point_world, radius);
+    say(done ? fmt::format("{} {:.3g} m", fills ? "filled" : "dug", radius) : done.error().message);
+}
+
+// A name in the folder that no file has.
+std::string Viewer::free_name(const std::string& ending) const {
+    for (int number = 1;; ++number) {
+        std::string name = fmt::format("{}/terrane_{:04}.{}", settings_.folder, number, ending);
+        if (!std::filesystem::exists(name)) return name;
+    }
+}
+
+Result<void> Viewer::take_picture() {
+    const std::string name = free_name("png");
+    TERRANE_TRY(write_png(renderer_.read(), name));
+    say("wrote " + name);
+    return {};
+}
+
+Result<void> Viewer::toggle_film() {
+    if (film_) {
+        TERRANE_TRY(film_->finish());
+        film_.reset();
+        say("the film is complete");
+        return {};
+    }
+    constexpr double kFilmRate = 30.0;
+    const std::string name = free_name("mp4");
+    if (picture_.width_px % 2 != 0 || picture_.height_px % 2 != 0) {
+        say("a film needs a window of even width and height");
+        return {};
+    }
+    Result<Film> film = Film::create(name, picture_.width_px, picture_.height_px, kFilmRate);
+    if (!film) {
+        say(film.error().message);
+        return {};
+    }
+    film_.emplace(*std::move(film));
+    film_time_ = film_clock_ = 0.0;
+    say("films " + name + " until R");
+    return {};
+}
+
+Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
+    const bool has_control = (key.mods & GLFW_MOD_CONTROL) != 0;
+    if (key.number >= GLFW_KEY_1 && key.number <= GLFW_KEY_9) {
+        const CameraPlace place = place_now();
+        if (has_control) {
+            bookmarks_[key.number] = {.eye_world = place.eye_world, .forward = view_now().forward};
+            say(fmt::format("bookmark {}", key.number - GLFW_KEY_0));
+        } else if (bookmarks_.contains(key.number)) {
+            go(bookmarks_[key.number]);
+        }
+        return {};
+    }
+    switch (key.number) {
+        case GLFW_KEY_ESCAPE:
+            if (std::exchange(overlay_->help, Overlay::Help::none) == Overlay::Help::none)
+                window_.close();
+            break;
+        case GLFW_KEY_F1:
+            overlay_->help =
+                overlay_->help == Overlay::Help::all ? Overlay::Help::none : Overlay::Help::all;
+            break;
+        case GLFW_KEY_F2:
+            overlay_->shows_panel = !overlay_->shows_panel;
+            break;
+        case GLFW_KEY_M:
+            overlay_->shows_map = !overlay_->shows_map;
+            break;
+        case GLFW_KEY_TAB:
+            change_being();
+            break;
+        case GLFW_KEY_F: {
+            const View view = view_now();
+            const Eigen::Vector3d along = direction_through(view, input_.x, input_.y);
+            TERRANE_TRY(live_.throw_crate(view.eye_world + 2.0 * along, kThrowSpeed * along));
+            break;
+        }
+        case GLFW_KEY_X:
+        case GLFW_KEY_C:
+            dig(key.number == GLFW_KEY_C);
+            break;
+        case GLFW_KEY_Z:
+            if (brush_ != nullptr) {
+                const Result<void> undone = brush_->undo();
+                say(undone ? "undone" : "nothing to undo");
+            }
+            break;
+        case GLFW_KEY_SPACE:
+            timeline_.toggle();
+            break;
+        case GLFW_KEY_COMMA:
+        case GLFW_KEY_PERIOD:
+            timeline_.step(key.number == GLFW_KEY_PERIOD ? kFrameStep : -kFrameStep);
+            if (!settings_.path && key.number == GLFW_KEY_PERIOD) TERRANE_TRY(simulate(kFrameStep));
+            break;
+        case GLFW_KEY_LEFT_BRACKET:
+            timeline_.set_rate(0.5 * timeline_.rate());
+            break;
+        case GLFW_KEY_RIGHT_BRACKET:
+            timeline_.set_rate(2.0 * timeline_.rate());
+            break;
+        case GLFW_KEY_L:
+            timeline_.set_loops(!timeline_.loops());
+            break;
+        case GLFW_KEY_P:
+            if (settings_.path) {
+                live_.leave();
+                follows_path_ = true;
+            }
+            break;
+        case GLFW_KEY_O:
+            if (camera_.is_orbiting()) {
+                camera_.stop_orbit();
+            } else if (const std::optional<Pick> at = pick(input_.x, input_.y)) {
+                follows_path_ = false;
+                camera_.orbit(at->point_world);
+            }
+            break;
+        case GLFW_KEY_H:
+            go(home_);
+            break;
+        case GLFW_KEY_N: {
+            const WorldPos eye = view_now().eye_world;
+            const double convergence =
+                georeference_ ? georeference_->scale_at(eye.x(), eye.y()).convergence : 0.0;
+            camera_.look_along(std::isfinite(convergence) ? -convergence : 0.0);
+            break;
+        }
+        case GLFW_KEY_U:
+            live_.right(maker_.pager().ground(terrain_.surface));
+            break;
+        case GLFW_KEY_G: {
+            const std::size_t next =
+                (static_cast<std::size_t>(dials_.colours) + 1) % kGroundColourNames.size();
+            dials_.colours = static_cast<GroundColours>(next);
+            say(fmt::format("colours of the ground: {}", kGroundColourNames[next]));
+            break;
+        }
+        case GLFW_KEY_T:
+            dials_.wireframe = !dials_.wireframe;
+            break;
+        case GLFW_KEY_F11:
+            window_.set_full_screen(!window_.is_full_screen());
+            break;
+        case GLFW_KEY_F12:
+            return take_picture();
+        case GLFW_KEY_R:
+            return toggle_film();
+        case GLFW_KEY_K: {
+            const std::string command = settings_.command_of(place_now());
+            window_.set_clipboard(command);
+            say(command);
+            break;
+        }
+        default:
+            break;
+    }
+    return {};
+}
+
+void Viewer::react_to_button(const WindowInput::Press& button) {
+    if (button.number != GLFW_MOUSE_BUTTON_LEFT) return;
+    const std::optional<Pick> at = pick(button.x, button.y);
+    const bool is_double = clock_ - std::exchange(last_click_, clock_) < kDoubleClick;
+    picked_.clear();
+    if (!at) return;
+    picked_ = at->lines;
+    if (at->body.is_valid()) {
+        live_.grab(at->body, at->point_world);
+        grab_distance_ = (at->point_world - view_now().eye_world).norm();
+        return;
+    }
+    if (is_double && live_.being() == Being::camera) {
+        follows_path_ = false;
+        const double distance = (at->point_world - camera_.pose().eye_world).norm();
+        camera_.fly_to(at->point_world, std::max(kFlyShare * distance, 10.0));
+    }
+}
+
+Result<void> Viewer::react(const WindowInput& input, double dt) {
+    input_ = input;
+    if (!overlay_->takes_keys())
+        for (const WindowInput::Press& key : input.keys) TERRANE_TRY(react_to_key(key));
+    if (!overlay_->takes_mouse())
+        for (const WindowInput::Press& button : input.buttons) react_to_button(button);
+    if (live_.grabbed().is_valid()) {
+        const View view = view_now();
+        if (input.held_buttons.contains(GLFW_MOUSE_BUTTON_LEFT)) {
+            live_.pull_to(view.eye_world +
+                          grab_distance_ * direction_through(view, input.x, input.y));
+        } else {
+            live_.let_go();
+        }
+    }
+    steer(input, dt);
+    return {};
+}
+
+}  // namespace terrane::tools
