@@ -4,6 +4,7 @@ import math
 import pathlib
 import re
 
+import recordings as kept
 from svg import Axes, Figure
 
 STEP = pathlib.Path(__file__).resolve().parents[2] / "collision/world/solver"
@@ -166,5 +167,105 @@ def offset_surfaces():
     return figure
 
 
+# Of the picture of manifolds: columns and rows of samples, and two bodies that overlap the ground by 0.2 m.
+PATCH = ((-23, -8), (-5, 2))
+HALF = math.sqrt(0.5)
+BOX, CAPSULE = [2.0, 1.0, 0.6], {"radius": 0.5, "half_height": 1.1}
+PLACED = [{"shape": {"box": {"half_extents": BOX}}, "position": [-19, -1, 0], "rotation": [1, 0, 0, 0]},
+          {"shape": {"capsule": CAPSULE}, "position": [-12.5, -0.5, 0], "rotation": [HALF, -0.5, -0.5, 0]}]
+AXIS = (-HALF, HALF, 0)  # of the capsule
+
+
+def manifolds(program):
+    """Samples of the ground, and of each body its position and contacts. The body is lowered by 0.2 m after it touches."""
+    (west, east), (south, north) = PATCH
+    flags = ["--seed", "7"]
+    corners = [(x, y) for y in range(south, north + 1) for x in range(west, east + 1)]
+    middles = [(x + 0.5, y + 0.5) for y in range(south, north) for x in range(west, east)]
+    asked = kept.ask(program, flags, [{"op": "height", "x": x, "y": y} for x, y in corners + middles])
+    casts = kept.ask(program, flags, [{"op": "cast", "shape": body["shape"], "rotation": body["rotation"],
+                                       "position": [*body["position"][:2], 30], "to": [*body["position"][:2], 10]} for body in PLACED])
+    positions = [[*body["position"][:2], 30 - 20 * cast["fraction"] - 0.2] for body, cast in zip(PLACED, casts)]
+    found = kept.ask(program, flags, [{**body, "op": "find", "position": position} for body, position in zip(PLACED, positions)])
+    heights = [answer["height"] for answer in asked]
+    return {"samples": heights[:len(corners)], "middles": heights[len(corners):], "positions": positions,
+            "contacts": [answer["contacts"] for answer in found]}
+
+
+def contact_manifolds():
+    figure = Figure("contact_manifolds", 900, 445, "The contacts of a box and of a capsule",
+                    "Triangles of the ground, seen at an angle, with a box and a capsule that overlap it. Each contact has an arrow along "
+                    "its normal; a list gives its depth and the angle of its normal to the vertical.")
+    answers = kept.load("manifolds")
+    (west, east), (south, north) = PATCH
+    columns = east - west + 1
+    turn, pitch, scale = math.radians(12), math.radians(32), 52.0
+
+    def px(p):
+        x, y, z = p[0] + 15.6, p[1] + 1.5, p[2] - 16.4
+        right, ahead = x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn)
+        return (450 + scale * right, 145 - scale * (ahead * math.sin(pitch) + z * math.cos(pitch)))
+
+    def sample(i, j):
+        return (west + i, south + j, answers["samples"][j * columns + i])
+
+    for j in reversed(range(north - south)):
+        for i in range(columns - 1):
+            a, b, c, d = sample(i, j), sample(i + 1, j), sample(i + 1, j + 1), sample(i, j + 1)
+            middle = answers["middles"][j * (columns - 1) + i]
+            rising = abs(0.5 * (a[2] + c[2]) - middle) <= abs(0.5 * (b[2] + d[2]) - middle)  # along which diagonal the cell is cut
+            for triangle in ((a, b, c), (a, c, d)) if rising else ((a, b, d), (b, c, d)):
+                (ux, uy, uz), (vx, vy, vz) = ([q[k] - triangle[0][k] for k in range(3)] for q in triangle[1:])
+                n = (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+                light = (-0.55 * n[0] + 0.2 * n[1] + 0.8 * n[2]) / math.dist(n, (0, 0, 0))
+                corners = [px(p) for p in triangle]
+                figure.polygon(corners, "fill-page")
+                figure.add("polygon", "fill-ground", points=" ".join(f"{x:.1f},{y:.1f}" for x, y in corners),
+                           fill_opacity=0.08 + 0.5 * max(0.0, 1.0 - light) ** 0.8)
+                figure.polyline([*corners, corners[0]], "line-ground", 0.7)
+
+    x, y, z = answers["positions"][0]
+    corners = [px((x + BOX[0] * (1 - 2 * (k & 1)), y + BOX[1] * (1 - (k & 2)), z + BOX[2] * (1 - (k & 4) / 2))) for k in range(8)]
+    for side in ((0, 1, 3, 2), (2, 3, 7, 6), (1, 3, 7, 5)):
+        figure.polygon([corners[k] for k in side], "wash-blue")
+    for a in range(8):
+        for bit in (1, 2, 4):
+            if not a & bit:
+                hidden = 4 in (a, a | bit)
+                figure.line(corners[a], corners[a | bit], "line-blue", 1.0 if hidden else 2.0, "4 4" if hidden else "")
+    x, y, z = answers["positions"][1]
+    ends = [px([p + sign * CAPSULE["half_height"] * d for p, d in zip((x, y, z), AXIS)]) for sign in (-1, 1)]
+    radius = CAPSULE["radius"] * scale
+    along = math.degrees(math.atan2(ends[0][1] - ends[1][1], ends[1][0] - ends[0][0]))
+    outline = []
+    for end, first in ((ends[0], along + 90), (ends[1], along - 90)):
+        outline += [(end[0] + radius * math.cos(math.radians(first + 6 * k)), end[1] - radius * math.sin(math.radians(first + 6 * k)))
+                    for k in range(31)]
+    figure.polygon(outline, "wash-blue")
+    figure.polyline([*outline, outline[0]], "line-blue", 2.0)
+
+    number = 0
+    for body, (contacts, left, name) in enumerate(zip(answers["contacts"], (40, 500), ("box", "capsule"))):
+        figure.text((left, 354), f"{name}, {len(contacts)} contacts", "blue", bold=True)
+        for row, contact in enumerate(contacts):
+            number += 1
+            foot = px(contact["point"])
+            tip = px([contact["point"][k] + 1.3 * contact["normal"][k] for k in range(3)])
+            out = px([contact["point"][k] + contact["depth"] * contact["normal"][k] for k in range(3)])
+            figure.arrow(foot, tip, "red", 2.0)
+            figure.line(foot, out, "line-red", 6.0)
+            figure.circle(foot, 4.0, "fill-red", 0.0)
+            figure.text((tip[0], tip[1] - 6), str(number), "red", 15, "middle", bold=True)
+            (kind, _), = contact["feature"].items()
+            angle = math.degrees(math.acos(min(1.0, contact["normal"][2])))
+            figure.text((left, 376 + 19 * row), f"{number}: {100 * contact['depth']:.1f} cm deep, {kind}, normal {angle:.0f} degrees off up",
+                        size=13)
+    return figure
+
+
+def recordings():
+    return {"manifolds": manifolds}
+
+
 def figures():
-    return [definitions(), offset_surfaces()]
+    return [definitions(), offset_surfaces(), contact_manifolds()]

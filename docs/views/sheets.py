@@ -375,6 +375,127 @@ def meshes(studio):
     return cells
 
 
+def budgets(studio):
+    """One view of a forest, with three triangle budgets."""
+    forest = json.loads((DATA / "forest.json").read_text())
+    return [Cell(f"--budget {budget}", forest, at=HILL, height=4, distance=60, azimuth=10, pitch=-8, shadows=400,
+                 flags=["--budget", str(budget)]) for budget in (10000, 30000, 300000)]
+
+
+def loop(studio):
+    """The truck and the ten balls of examples/simulator_loop.cpp; a path driver stands for its throttle."""
+    scene = {"seed": 7}
+    places = [(20 + 3 * i, 0) for i in range(10)]
+    scene["bodies"] = [{"shape": {"sphere": {"radius": 0.4}}, "mass": 30, "position": [x, y, z + 5]}
+                       for (x, y), z in zip(places, studio.heights(scene, places))]
+    return [Cell(f"{seconds} s", scene, drive=[
+        "drive", "--vehicle", "truck", "--path", "straight", "--start-m", "0,0", "--speed", "12", "--camera-m", "12,6", "--seconds",
+        str(seconds)]) for seconds in (0.5, 1.5, 5.0)]
+
+
+def arrays(studio):
+    """The arrays of the second program of python.md, of 300 x 300 heights."""
+    step = 180 / 299
+    places = [(-90 + step * i, -90 + step * j) for j in range(300) for i in range(300)]
+    answers = studio.ask({"seed": 7}, [{"op": "height", "x": x, "y": y} for x, y in places])
+    shape = (300, 300)
+    height = numpy.array([answer["height"] for answer in answers]).reshape(shape)
+    normal = numpy.array([answer["normal"] for answer in answers]).reshape(*shape, 3)
+    error = numpy.array([answer["error_m"] for answer in answers]).reshape(shape)
+    light = numpy.clip(normal @ numpy.array((-0.6, 0.5, 0.62)), 0, 1)
+
+    def cell(label, values, name, stops):
+        low, high = float(values.min()), float(values.max())
+        colours = ramp((values - low) / (high - low), stops)
+        return Cell(label, {}, picture=lambda studio: draw_array(colours, stops, f"{low:.3g}{name}", f"{high:.3g}{name}"))
+
+    return [cell("answer.height", height, " m", GROUND), cell("answer.normal, as light from the north-west", light, "", GREY),
+            cell("answer.error_m", error, " m", RANGE)]
+
+
+GREY = ((20, 20, 24), (240, 240, 236))
+GROUND = ((52, 84, 62), (122, 140, 84), (190, 172, 122), (158, 122, 92), (236, 232, 226))
+RANGE = ((255, 236, 150), (122, 209, 81), (34, 160, 134), (49, 104, 142), (84, 60, 140))
+
+
+def ramp(shares, stops):
+    """Colours of shares from 0 to 1."""
+    at = numpy.linspace(0, 1, len(stops))
+    return numpy.stack([numpy.interp(shares, at, [stop[k] for stop in stops]) for k in range(3)], axis=-1).astype(numpy.uint8)
+
+
+def draw_array(colours, stops, low, high):
+    """An array as a square, row 0 below, with the scale of its colours."""
+    picture = Image.new("RGB", (2 * WIDE, 2 * HIGH), (24, 26, 30))
+    side = 2 * HIGH - 20
+    picture.paste(Image.fromarray(colours[::-1]).resize((side, side), Image.LANCZOS), (100, 10))
+    scale = ramp(numpy.linspace(1, 0, side)[:, None].repeat(24, axis=1), stops)
+    picture.paste(Image.fromarray(scale), (100 + side + 24, 10))
+    pen = ImageDraw.Draw(picture)
+    pen.text((100 + side + 58, 10), high, fill=(235, 235, 235), font=font(22))
+    pen.text((100 + side + 58, side - 14), low, fill=(235, 235, 235), font=font(22))
+    return picture
+
+
+def lidar(studio):
+    """A scan over a meadow with bodies: the beams of make_lidar_grid(), as rays of `query`."""
+    bodies = with_bodies(
+        studio, *(crate(*place, 0.8) for place in ((-7, 3), (-5.9, 3.3), (4, 7), (10, -4), (-12, 12))), crate(-6.4, 3.1, 2.2),
+        {"shape": {"sphere": {"radius": 1}}, "position": [6, 1, 1.2], "friction": 0.9},
+        {"shape": {"box": {"half_extents": [2.4, 1, 0.9]}}, "mass": 1500, "position": [0, 12, 1.3]},
+        {"shape": {"box": {"half_extents": [0.3, 5, 1.2]}}, "mass": 3000, "position": [14, 8, 1.5]},
+        {"shape": {"capsule": {"radius": 0.4, "half_height": 0.6}}, "position": [-2, 5, 0.9], "type": "static"})
+    scene = studio.settle(bodies, 3)
+    (z,) = studio.heights(VILLAGE, [MEADOW])
+    sensor = numpy.array([*MEADOW, z + 2.0])
+    azimuths = -math.pi + 2 * math.pi / 1024 * numpy.arange(1024)
+    elevations = -0.5 + 0.02 * numpy.arange(32)
+    a, e = (grid.ravel() for grid in numpy.meshgrid(azimuths, elevations))
+    directions = numpy.stack([numpy.cos(e) * numpy.cos(a), numpy.cos(e) * numpy.sin(a), numpy.sin(e)], axis=1)
+    answers = studio.ask(scene, [{"op": "ray", "from": list(sensor + 0.1 * d), "to": list(sensor + 100 * d)} for d in directions])
+    hits = [answer for answer in answers if answer["status"] == "ok"]
+    points = numpy.array([answer["point"] for answer in hits])
+    on_body = numpy.array([answer["kind"] == "body" for answer in hits])
+    ranges = numpy.linalg.norm(points - sensor, axis=1)
+    colours = ramp(numpy.clip(numpy.log(ranges / 4) / math.log(25), 0, 1), RANGE)
+    colours[on_body] = (255, 110, 60)
+    view = Cell("the scene", scene, height=1.0, distance=21, azimuth=10, pitch=-22)
+    eye, look = studio.eye(view)
+    above = [sensor[0], sensor[1] - 0.5, sensor[2] + 52]
+    return [view, Cell("points, by range; bodies red", {}, picture=lambda studio: draw_points(points, colours, sensor, eye, look)),
+            Cell("the same from above", {}, picture=lambda studio: draw_points(points, colours, sensor, above, sensor))]
+
+
+def draw_points(points, colours, sensor, eye, look):
+    """Points as discs from far to near, and a white cross at the sensor."""
+    wide, high = 4 * WIDE, 4 * HIGH
+    picture = Image.new("RGB", (wide, high), (16, 18, 22))
+    pen = ImageDraw.Draw(picture)
+    seen = to_picture(points, eye, look)
+    for i in numpy.argsort(-seen[:, 2]):
+        x, y, depth = seen[i]
+        if depth > 0.5:
+            r = min(6.0, max(2.2, 110 / depth))
+            pen.ellipse((x - r, y - r, x + r, y + r), fill=tuple(int(value) for value in colours[i]))
+    (x, y, _), = to_picture(sensor[None, :], eye, look)
+    for dx, dy in ((14, 0), (0, 14)):
+        pen.line((x - dx, y - dy, x + dx, y + dy), fill=(255, 255, 255), width=5)
+    return picture
+
+
+def to_picture(points, eye, look):
+    """x and y in a picture of 4 * WIDE x 4 * HIGH pixels, 60 degrees high, and depth."""
+    eye = numpy.array(eye, dtype=float)
+    ahead = numpy.array(look, dtype=float) - eye
+    ahead /= numpy.linalg.norm(ahead)
+    right = numpy.cross(ahead, (0, 0, 1))
+    right /= numpy.linalg.norm(right)
+    seen = (numpy.asarray(points) - eye) @ numpy.array([right, -numpy.cross(right, ahead), ahead]).T
+    scale = 2 * HIGH / math.tan(math.radians(30))
+    depth = numpy.where(seen[:, 2] > 0.5, seen[:, 2], 1.0)
+    return numpy.stack([2 * WIDE + scale * seen[:, 0] / depth, 2 * HIGH + scale * seen[:, 1] / depth, seen[:, 2]], axis=1)
+
+
 def draw_edges(file, eye, look):
     """The triangles of an .obj file with their edges, from far to near."""
     points, faces = [], []
@@ -411,12 +532,12 @@ def draw_edges(file, eye, look):
 def sheets():
     return {"keys": (keys, 4), "volumes": (volumes, 4), "objects": (objects, 4), "nodes": (nodes, 4), "bodies": (bodies, 4),
             "materials": (materials, 4), "heights": (heights, 3), "simplify": (simplify, 4), "proxies": (proxies, 3), "paths": (paths, 4),
-            "meshes": (meshes, 3)}
+            "meshes": (meshes, 3), "budgets": (budgets, 3), "loop": (loop, 3), "arrays": (arrays, 3), "lidar": (lidar, 3)}
 
 
-def font():
+def font(size=11):
     try:
-        return ImageFont.truetype("DejaVuSans.ttf", 11)
+        return ImageFont.truetype("DejaVuSans.ttf", size)
     except OSError:
         return ImageFont.load_default()
 

@@ -63,11 +63,14 @@ class Studio:
         file.write_text(json.dumps(scene))
         return file
 
+    def ask(self, scene, questions):
+        """Answers of `query` about the scene, in the order of the questions."""
+        asked = "".join(json.dumps(question) + "\n" for question in questions)
+        return [json.loads(line) for line in self.run("query", "--scene", str(self.write_scene(scene)), input=asked).splitlines()]
+
     def heights(self, scene, places):
         ground = {key: scene[key] for key in ("dem", "seed", "fractal", "detail_m") if key in scene}
-        asked = "".join(json.dumps({"op": "height", "x": x, "y": y}) + "\n" for x, y in places)
-        answers = self.run("query", "--scene", str(self.write_scene(ground)), input=asked)
-        return [json.loads(line)["height"] for line in answers.splitlines()]
+        return [answer["height"] for answer in self.ask(ground, [{"op": "height", "x": x, "y": y} for x, y in places])]
 
     def settle(self, scene, seconds, *flags):
         """The scene with its bodies where they are after some seconds."""
@@ -83,22 +86,29 @@ class Studio:
             bodies[-1].pop("velocity", None)
         return {**scene, "bodies": bodies}
 
+    def eye(self, cell):
+        """Where the camera of a cell is, and where it looks."""
+        (z,) = self.heights(cell.scene, [cell.at])
+        a, p = math.radians(cell.azimuth), math.radians(cell.pitch)
+        ahead = (math.sin(a) * math.cos(p), math.cos(a) * math.cos(p), math.sin(p))
+        target = (*cell.at, z + cell.height)
+        return [place - cell.distance * step for place, step in zip(target, ahead)], target
+
     def draw(self, cell):
         if cell.picture:
             return cell.picture(self)
         scene = self.write_scene(cell.scene)
         out = scene.with_suffix("")
         look = [] if "--look" in cell.flags else ["--look", "full"]
-        load = [] if cell.drive[:1] == ["drop"] else ["--threads", "0", "--budget", "300000"]
+        load = [] if cell.drive[:1] == ["drop"] else ["--threads", "0"]
+        if load and "--budget" not in cell.flags:
+            load += ["--budget", "300000"]
         view = [*look, *load, "--shadows", str(cell.shadows), "--sun-deg", cell.sun, *cell.flags, "--size", f"{2 * WIDE}x{2 * HIGH}",
                 "--png", "--out", str(out)]
         if cell.drive:
             self.run(*cell.drive, "--scene", str(scene), "--fps", "10", *view)
         else:
-            (z,) = self.heights(cell.scene, [cell.at])
-            a, p = math.radians(cell.azimuth), math.radians(cell.pitch)
-            ahead = (math.sin(a) * math.cos(p), math.cos(a) * math.cos(p), math.sin(p))
-            eye = [place - cell.distance * step for place, step in zip((*cell.at, z + cell.height), ahead)]
+            eye, _ = self.eye(cell)
             track = write_track(scene.with_suffix(".tum"), eye, cell.azimuth, cell.pitch, 1000)
             steps = max(1, math.ceil(cell.time / 10))  # to the picture, the last one
             fps = steps / (cell.time or 0.1)
