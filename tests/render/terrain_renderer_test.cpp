@@ -288,6 +288,66 @@ TEST_F(TerrainRendererTest, WireframeDrawsLinesOverTheSameGround) {
     EXPECT_EQ(count_different(lines, draw(lined, scene.mesh(), view_down())), 0);
 }
 
+TEST_F(TerrainRendererTest, AMovedSunAndAnotherSizeGiveThePicturesOfARendererMadeSo) {
+    const Scene scene = make_scene();
+    const Eigen::Vector3d evening(1.0, -0.3, 0.4);
+    for (const bool has_air : {false, true}) {
+        RendererSettings settings{.shadow_distance = 500.0, .atmosphere = has_air};
+        TerrainRenderer renderer = make(settings);
+        const Image day = draw(renderer, scene.mesh(), view_along());
+        ASSERT_TRUE(renderer.set_sun(evening));
+        const Image moved = draw(renderer, scene.mesh(), view_along());
+        settings.sun_direction = evening;
+        TerrainRenderer of_evening = make(settings);
+        EXPECT_GT(count_different(day, moved), 1000);
+        EXPECT_EQ(count_different(draw(of_evening, scene.mesh(), view_along()), moved), 0);
+        EXPECT_EQ(renderer.shadows()->sun_direction, evening);
+        ASSERT_FALSE(renderer.set_sun(Eigen::Vector3d::Zero()));
+        EXPECT_EQ(count_different(draw(renderer, scene.mesh(), view_along()), moved), 0);
+
+        View wide = view_along();
+        wide.width_px = 2 * kWidth;
+        wide.height_px = kHeight / 2;
+        ASSERT_TRUE(renderer.resize(wide.width_px, wide.height_px));
+        ASSERT_FALSE(renderer.resize(0, kHeight));
+        ASSERT_FALSE(renderer.draw(scene.mesh(), view_along()));
+        const Image resized = draw(renderer, scene.mesh(), wide);
+        TerrainRenderer of_size =
+            TerrainRenderer::create(*context_, wide.width_px, wide.height_px, settings).value();
+        EXPECT_EQ(count_different(draw(of_size, scene.mesh(), wide), resized), 0);
+    }
+}
+
+TEST_F(TerrainRendererTest, MarksCoverTheTrianglesOfTheirChunksAlone) {
+    const Scene scene = make_scene();
+    TerrainRenderer renderer = make();
+    const Image plain = draw(renderer, scene.mesh(), view_down());
+    const Chunk* const marked = scene.mesh().chunks.front().chunk;
+    renderer.set_ground_marks([marked](const MeshChunk& chunk) {
+        return GroundMark{{1.0f, 0.0f, 0.5f}, chunk.chunk == marked ? 1.0f : 0.0f};
+    });
+    const Image with_mark = draw(renderer, scene.mesh(), view_down());
+    std::ptrdiff_t covered = 0;
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            if (test::is_same(plain, with_mark, x, y)) continue;
+            // pixels at the chunk's border are covered in part
+            const std::uint8_t* const rgb = pixel(with_mark, x, y);
+            if (rgb[0] == 255 && rgb[1] == 0) ++covered;
+        }
+    }
+    const std::ptrdiff_t changed = count_different(plain, with_mark);
+    EXPECT_GT(covered, kWidth * kHeight / 10);
+    EXPECT_LT(changed, kWidth * kHeight * 9 / 10);
+    EXPECT_GT(covered, changed * 9 / 10);
+    renderer.set_ground_marks(nullptr);
+    EXPECT_EQ(count_different(draw(renderer, scene.mesh(), view_down()), plain), 0);
+    renderer.set_wireframe(true);
+    EXPECT_GT(count_different(draw(renderer, scene.mesh(), view_down()), plain), 1000);
+    renderer.set_wireframe(false);
+    EXPECT_EQ(count_different(draw(renderer, scene.mesh(), view_down()), plain), 0);
+}
+
 TEST_F(TerrainRendererTest, ObjectsCoverWhatLiesBehindAndHideBehindHills) {
     const Scene scene = make_scene();
     TerrainRenderer renderer = make();

@@ -123,6 +123,7 @@ void FreeCamera::move(const CameraControls& controls, double dt, std::optional<d
     if (is_led) velocity_ = (reached - eye_world_) / dt;
     // the ground takes the motion into it, and leaves that along it
     if (!is_led && reached != wanted) velocity_ = (reached - eye_world_) / dt;
+    if (is_led && !flight_ && !centre_) velocity_.setZero();  // has arrived
     eye_world_ = reached;
     if (centre_) face(*centre_ - eye_world_);
 }

@@ -116,6 +116,68 @@ std::function<GroundMark(const MeshChunk&)> ground_marks(GroundColours colours,
     };
 }
 
+namespace {
+
+// Distance along a ray to a triangle from either side (T. Moeller, B. Trumbore, 1997); none if it misses.
+std::optional<double> distance_to(const WorldPos& from, const Eigen::Vector3d& along,
+                                  const std::array<WorldPos, 3>& corners) {
+    constexpr double kEdge = 1e-9;  // of a side, so that a ray between two triangles hits one
+    const auto cross = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        return Eigen::Vector3d(a.y() * b.z() - a.z() * b.y(), a.z() * b.x() - a.x() * b.z(),
+                               a.x() * b.y() - a.y() * b.x());
+    };
+    const Eigen::Vector3d one = corners[1] - corners[0], other = corners[2] - corners[0];
+    const Eigen::Vector3d across = cross(along, other);
+    const double area = one.dot(across);
+    if (area == 0.0) return std::nullopt;
+    const Eigen::Vector3d start = from - corners[0];
+    const double u = start.dot(across) / area;
+    const Eigen::Vector3d turned = cross(start, one);
+    const double v = along.dot(turned) / area;
+    if (u < -kEdge || v < -kEdge || u + v > 1.0 + kEdge) return std::nullopt;
+    const double t = other.dot(turned) / area;
+    return t > 0.0 ? std::optional(t) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<WorldPos> first_on_mesh(const TerrainMesh& mesh, const WorldPos& from_world,
+                                      const Eigen::Vector3d& along, double most_distance) {
+    double nearest = most_distance;
+    bool is_hit = false;
+    const auto meet = [&](const std::array<WorldPos, 3>& corners) {
+        const std::optional<double> t = distance_to(from_world, along, corners);
+        if (!t || *t > nearest) return;
+        nearest = *t;
+        is_hit = true;
+    };
+    for (const MeshChunk& drawn : mesh.chunks) {
+        const Chunk& chunk = *drawn.chunk;
+        const Lattice& lattice = mesh.resident->lattice();
+        const double west = lattice.x(chunk.corner.x), south = lattice.y(chunk.corner.y);
+        const double step = lattice.spacing * static_cast<double>(chunk.step);
+        const auto corner = [&](std::uint16_t sample) {
+            return WorldPos(west + step * (sample % kChunkSamples),
+                            south + step * (sample / kChunkSamples),
+                            drawn.displayed_height(sample, lattice.quantum));
+        };
+        for (std::uint32_t i = 0; i < drawn.index_count; i += 3) {
+            const std::uint16_t* const t = &mesh.indices[drawn.first_index + i];
+            meet({corner(t[0]), corner(t[1]), corner(t[2])});
+        }
+    }
+    for (const MeshSolid& solid : mesh.solids) {
+        const auto& vertices = solid.chunk->solid->triangles().vertices_world;
+        const auto meet_all = [&](MeshSolid::Triangles triangles) {
+            for (const auto& t : triangles) meet({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+        };
+        meet_all(solid.triangles);
+        for (const MeshSolid::Triangles& cap : solid.caps) meet_all(cap);
+    }
+    if (!is_hit) return std::nullopt;
+    return WorldPos(from_world + nearest * along);
+}
+
 LineProjector::LineProjector(const View& view) : view_(view), right_(view.right()) {}
 
 Eigen::Vector3d LineProjector::in_eye(const WorldPos& p_world) const {

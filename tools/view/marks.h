@@ -37,6 +37,13 @@ std::function<GroundMark(const MeshChunk&)> ground_marks(GroundColours colours,
                                                          const TerrainMesh& mesh, const View& view,
                                                          double max_error_px, double morph_ratio);
 
+/// The first point of a ray on the drawn surface, volumes included; none within a distance.
+///
+/// @param along unit
+/// Cost: O(triangles of the mesh)
+std::optional<WorldPos> first_on_mesh(const TerrainMesh& mesh, const WorldPos& from_world,
+                                      const Eigen::Vector3d& along, double most_distance);
+
 /// A line or a point over a picture, pixels from its left upper corner.
 struct PictureLine {
     std::array<float, 4> ends{};    ///< x, y, x, y

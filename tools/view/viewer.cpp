@@ -273,8 +273,9 @@ CommandResult<void> Viewer::make_frame(double dt) {
     const CameraNeed camera{.view = view, .velocity = camera_.pose().velocity};
     MadeFrame frame =
         maker_.make(camera, live_.needs(), clock_, settings_.path ? timeline_.time() : clock_);
+    mesh_ = frame.mesh;
     renderer_.set_ground_marks(
-        ground_marks(dials_.colours, frame.mesh, view, dials_.max_error_px, dials_.morph_ratio));
+        ground_marks(dials_.colours, mesh_, view, dials_.max_error_px, dials_.morph_ratio));
     const Clock::time_point start = Clock::now();
     TERRANE_TRY(renderer_.set_time(settings_.path ? timeline_.time() : clock_));
     TERRANE_TRY(renderer_.draw(frame.mesh, view, frame.draws));
@@ -364,6 +365,7 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
     state["draw_ms"] = draw_ms_;
     state["overlay_ms"] = overlay_ms_;
     state["help"] = overlay_->help != Overlay::Help::none;
+    state["clicks"] = click_count_;
     state["picked"] = picked_;
     state["note"] = note_;
     const std::string line = state.dump() + "\n";

@@ -145,12 +145,14 @@ private:
     std::vector<WorldPos> path_points_;
     bool follows_path_ = false;  // whether the camera is on the path
     ViewDials dials_, applied_;
+    TerrainMesh mesh_;          // of the last frame, valid until the next
     double clock_ = 0.0;        // the pager's, seconds
     double unsimulated_ = 0.0;  // seconds of playback not simulated yet, less than a step
     WindowInput input_;
     double last_click_ = -1.0;    // clock of the last left click
     double grab_distance_ = 0.0;  // from the eye to a grabbed body, metres
     std::vector<std::string> picked_;
+    std::size_t click_count_ = 0;
     std::string note_;
     double note_until_ = 0.0;
     double draw_ms_ = 0.0, wait_ms_ = 0.0, overlay_ms_ = 0.0;

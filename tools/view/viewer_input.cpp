@@ -66,34 +66,6 @@ void Viewer::go(const CameraPose& pose) {
     camera_.jump_to(pose);
 }
 
-namespace {
-
-// The first point of a ray below a heightfield, searched in steps that grow with the distance.
-std::optional<WorldPos> march(const HeightSource& source, const WorldPos& from,
-                              const Eigen::Vector3d& along) {
-    constexpr double kFirstStep = 0.25, kGrowth = 0.004;  // metres, and share of the distance
-    const auto is_below = [&](double distance) {
-        const WorldPos p = from + distance * along;
-        const double height = source.height(p.x(), p.y());
-        return std::isfinite(height) && p.z() <= height;
-    };
-    double before = 0.0;
-    for (double at = kFirstStep; at < kFarthestPick; at += kFirstStep + kGrowth * at) {
-        if (!is_below(at)) {
-            before = at;
-            continue;
-        }
-        for (int i = 0; i < 40; ++i) {
-            const double middle = 0.5 * (before + at);
-            (is_below(middle) ? at : before) = middle;
-        }
-        return WorldPos(from + at * along);
-    }
-    return std::nullopt;
-}
-
-}  // namespace
-
 std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     const View view = view_now();
     const Eigen::Vector3d along = direction_through(view, x_px, y_px);
@@ -107,7 +79,8 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     const RayAnswer near = ground.ray(eye, eye + kNearPick * along);
     std::optional<WorldPos> on_ground;
     if (near.status == QueryStatus::ok) on_ground = near.point_world;
-    if (near.status != QueryStatus::ok) on_ground = march(*terrain_.source, eye, along);
+    // beyond the contact surface that is resident, what is drawn
+    if (near.status != QueryStatus::ok) on_ground = first_on_mesh(mesh_, eye, along, kFarthestPick);
     bool is_ground = false;
     if (on_ground && (*on_ground - eye).norm() < nearest) {
         nearest = (*on_ground - eye).norm();
@@ -405,6 +378,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
 
 void Viewer::react_to_button(const WindowInput::Press& button) {
     if (button.number != GLFW_MOUSE_BUTTON_LEFT) return;
+    ++click_count_;
     const std::optional<Pick> at = pick(button.x, button.y);
     const bool is_double = clock_ - std::exchange(last_click_, clock_) < kDoubleClick;
     picked_.clear();

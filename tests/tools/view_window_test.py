@@ -1,0 +1,335 @@
+# SPDX-License-Identifier: MIT
+"""`terrane view` under Xvfb, with keys and mouse by xdotool; facts are read from its --state-log.
+
+    view_window_test.py TERRANE [--minutes M] [--seed S]
+
+With --minutes, random input for so long in place of the cases: nothing may crash, fall, leak or leave the ground.
+"""
+import argparse
+import contextlib
+import json
+import math
+import os
+import pathlib
+import random
+import shlex
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PATIENCE = float(os.environ.get("TERRANE_VIEW_PATIENCE", "60"))  # seconds; sanitizers are slow
+SIZE = (480, 320)
+HILLS = ["--seed", "7", "--detail-m", "1", "--budget", "6000", "--size", "%dx%d" % SIZE, "--no-help", "--no-vsync"]
+SKIPPED = 77
+
+
+class View:
+    """A running view and its state."""
+
+    def __init__(self, terrane, folder, *flags):
+        self.log = pathlib.Path(folder) / "state.log"
+        self.log.unlink(missing_ok=True)
+        command = [terrane, "view", *HILLS, "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.taken = 0
+        self.state = None
+        self.wait("the first frame", lambda s: True)
+        window = subprocess.run(["xdotool", "search", "--sync", "--pid", str(self.process.pid), "--name", "terrane"],
+                                stdout=subprocess.PIPE, text=True, check=True).stdout.split()
+        self.window = window[0]
+        self.tool("windowfocus", "--sync", self.window)
+        self.tool("mousemove", SIZE[0] // 2, SIZE[1] * 3 // 4)
+
+    def tool(self, *words):
+        subprocess.run(["xdotool", *map(str, words)], check=True)
+
+    def states(self):
+        """The states that are new since the last call."""
+        if not self.log.exists():
+            return []
+        lines = self.log.read_text().split("\n")[:-1]
+        new = [json.loads(line) for line in lines[self.taken:]]
+        self.taken = len(lines)
+        return new
+
+    def wait(self, what, is_done, patience=PATIENCE):
+        """Waits for a state; returns it."""
+        end = time.monotonic() + patience
+        while time.monotonic() < end:
+            for state in self.states():
+                self.state = state
+                if is_done(state):
+                    return state
+            if self.process.poll() is not None:
+                raise AssertionError(f"{what}: the view ended: {self.process.communicate()}")
+            time.sleep(0.02)
+        raise AssertionError(f"{what}: not seen in {patience} s; the last state is {self.state}")
+
+    def key(self, *keys):
+        self.tool("key", *keys)
+
+    def end(self):
+        if self.process.poll() is None:
+            self.tool("windowfocus", "--sync", self.window)
+            self.key("Escape")
+        out, err = self.process.communicate(timeout=PATIENCE)
+        assert self.process.returncode == 0, (self.process.returncode, out, err)
+        return json.loads(out.strip().split("\n")[-1])
+
+
+def distance(a, b):
+    return math.dist(a["eye"], b["eye"])
+
+
+def flies_walks_drives_and_throws(terrane, folder):
+    view = View(terrane, folder)
+    start = view.state
+    assert start["being"] == "camera" and start["size"] == list(SIZE), start
+    view.tool("keydown", "w")
+    view.wait("a flight", lambda s: distance(s, start) > 2.0)
+    view.tool("keyup", "w")
+    view.key("h")
+    view.wait("home", lambda s: distance(s, start) < 0.5)
+    view.key("f")
+    view.wait("a crate", lambda s: s["bodies"] == 1)
+    view.key("Tab")
+    view.wait("a walker", lambda s: s["being"] == "walker" and not s["waiting"])
+    view.tool("keydown", "w")
+    view.wait("a walk", lambda s: s["being"] == "walker" and s.get("body", {}).get("speed", 0.0) > 1.0)
+    view.tool("keyup", "w")
+    view.key("Tab")
+    view.wait("a vehicle", lambda s: s["being"] == "driver" and not s["waiting"])
+    view.tool("keydown", "w")
+    view.wait("a drive", lambda s: s.get("body", {}).get("speed", 0.0) > 3.0)
+    view.tool("keyup", "w")
+    view.key("Tab")
+    view.wait("the camera again", lambda s: s["being"] == "camera")
+    totals = view.end()
+    assert totals["fell_through"] == 0 and totals["below_ground"] == 0, totals
+
+
+def picks_digs_and_undoes(terrane, folder):
+    view = View(terrane, folder, "--eye-m", "0,0,20", "--aim-deg", "0,-45")
+
+    def picked():
+        before = view.state["clicks"]
+        view.tool("click", "1")
+        state = view.wait("a pick", lambda s: s["clicks"] > before)
+        assert state["picked"][0].startswith("ground "), state["picked"]
+        return [float(word.rstrip(",")) for word in state["picked"][0].split()[1:4]]
+
+    view.key("space")
+    view.wait("a pause", lambda s: not s["playing"])
+    before = picked()
+    view.key("x")
+    view.wait("a dig", lambda s: s["note"].startswith("dug") and s["waiting_digs"] == 0)
+    time.sleep(0.5)
+    dug = picked()
+    assert math.dist(before, dug) > 1.0, (before, dug)
+    view.key("z")
+    view.wait("an undo", lambda s: s["note"] == "undone" and s["waiting_digs"] == 0)
+    time.sleep(0.5)
+    after = picked()
+    assert math.dist(before, after) < 0.01, (before, after)
+    view.end()
+
+
+def plays_seeks_and_steps(terrane, folder):
+    flags = ["--path", "orbit", "--altitude", "60", "--seconds", "20"]
+    view = View(terrane, folder, *flags)
+    assert not view.state["playing"] and view.state["on_path"], view.state
+    view.key("space")
+    at = view.wait("two seconds", lambda s: s["time"] > 2.0)
+    view.key("space")
+    view.wait("a pause", lambda s: not s["playing"])
+    # back to the start by single frames of the playback, and forth again: the same times show the same views
+    seen = {}
+    for key in ["comma"] * 5 + ["period"] * 5:
+        frame = view.state["frame"]
+        view.key(key)
+        state = view.wait("a step", lambda s: s["frame"] > frame + 1)
+        place = (state["eye"], state["forward"])
+        time_key = round(state["time"], 6)
+        assert seen.setdefault(time_key, place) == place, (time_key, seen[time_key], place)
+    assert len(seen) == 6, sorted(seen)
+    # the timeline is dragged to its end
+    view.key("F2")
+    time.sleep(0.5)
+    before = view.state["time"]
+    y = SIZE[1] - 24
+    view.tool("mousemove", SIZE[0] // 2 - 40, y)
+    view.tool("mousedown", "1")
+    time.sleep(0.3)
+    view.tool("mousemove", SIZE[0] // 2 + 60, y)
+    view.wait("a seek", lambda s: s["time"] > before + 3.0)
+    view.tool("mouseup", "1")
+    view.tool("mousemove", SIZE[0] // 2, SIZE[1] // 2)
+    view.tool("keydown", "w")
+    view.wait("the camera leaves the path", lambda s: not s["on_path"])
+    view.tool("keyup", "w")
+    view.key("p")
+    view.wait("back on the path", lambda s: s["on_path"])
+    view.end()
+
+
+def resizes_pictures_and_copies(terrane, folder):
+    view = View(terrane, folder)
+    view.tool("windowsize", "--sync", view.window, 400, 260)
+    view.wait("another size", lambda s: s["size"] == [400, 260])
+    view.key("F12")
+    note = view.wait("a picture", lambda s: s["note"].startswith("wrote "))["note"]
+    header = pathlib.Path(note.split(" ", 1)[1]).read_bytes()[:24]
+    assert header[1:4] == b"PNG", header
+    assert int.from_bytes(header[16:20], "big") == 400 and int.from_bytes(header[20:24], "big") == 260
+    view.tool("keydown", "a")
+    time.sleep(0.3)
+    view.tool("keyup", "a")
+    time.sleep(1.0)
+    view.key("k")
+    state = view.wait("a command", lambda s: s["note"].startswith("terrane view "))
+    view.end()
+    words = shlex.split(state["note"])
+    flags = words[words.index("--eye-m"):]
+    again = View(terrane, folder, *flags)
+    assert distance(again.state, state) < 0.01, (again.state["eye"], state["eye"])
+    assert math.dist(again.state["forward"], state["forward"]) < 1e-3, (again.state, state)
+    again.end()
+
+
+def marks_and_panels_work(terrane, folder):
+    view = View(terrane, folder, "--be", "driver")
+    view.wait("a vehicle", lambda s: not s["waiting"])
+    view.key("F1", "F2", "m", "t")
+    for colours in ["levels", "chunks", "error", "late", "none"]:
+        view.key("g")
+        view.wait(colours, lambda s: s["note"].endswith(": " + colours))
+    view.key("F1")
+    view.end()
+
+
+def refuses_what_cannot_be(terrane, folder):
+    def run(flags, environment=None):
+        return subprocess.run([terrane, "view", "--seed", "1", *flags], capture_output=True, text=True, timeout=PATIENCE,
+                              env=environment)
+
+    def expect(result, code, text):
+        assert result.returncode == code, (result.returncode, result.stderr)
+        assert text in result.stderr and result.stderr.count("\n") <= 2, result.stderr
+
+    expect(run(["--size", "16385x10"]), 2, "16385")
+    expect(run(["--aim-deg", "1,2"]), 2, "--aim-deg goes with --eye-m")
+    expect(run(["--vehicle", "truck"]), 2, "--vehicle goes with --be driver")
+    expect(run(["--speed", "9"]), 2, "--speed goes with --path")
+    expect(run(["--path", "nowhere"]), 2, "nowhere")
+    expect(run(["--state-log", "/nowhere/x", "--size", "64x64"]), 1, "/nowhere/x")
+    without = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    expect(run([], without), 1, "no window can be opened")
+    tiny = run(["--size", "1x1", "--budget", "2000", "--close-after-s", "0.5", "--json"])
+    assert tiny.returncode == 0, tiny.stderr
+
+
+def ends_in_a_line_without_a_display(terrane, folder):
+    if shutil.which("Xvfb") is None:
+        return
+    number = 90 + os.getpid() % 400
+    server = subprocess.Popen(["Xvfb", f":{number}", "-screen", "0", "640x480x24"], stderr=subprocess.DEVNULL)
+    try:
+        time.sleep(1.0)
+        display = os.environ["DISPLAY"]
+        os.environ["DISPLAY"] = f":{number}"
+        try:
+            view = View(terrane, folder)
+            server.kill()
+            server.wait()
+            out, err = view.process.communicate(timeout=PATIENCE)
+        finally:
+            os.environ["DISPLAY"] = display
+    finally:
+        server.kill()
+    assert view.process.returncode == 1, (view.process.returncode, out, err)
+    assert 1 <= err.count("\n") <= 3 and "terminate" not in err, err
+
+
+CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, resizes_pictures_and_copies,
+         marks_and_panels_work, refuses_what_cannot_be, ends_in_a_line_without_a_display]
+
+
+def resident_bytes(pid):
+    with open(f"/proc/{pid}/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def play_at_random(terrane, folder, minutes, seed):
+    """Random keys, clicks and drags; returns figures."""
+    print("seed", seed, flush=True)
+    chance = random.Random(seed)
+    view = View(terrane, folder)
+    keys = ["w", "a", "s", "d", "e", "q", "Tab", "f", "x", "c", "z", "space", "F1", "F2", "m", "j", "b", "u", "o", "h", "n",
+            "1", "ctrl+1", "comma", "period", "bracketleft", "bracketright", "l", "p", "g", "t", "k", "Shift_L"]
+    held, sizes = set(), []
+    end = time.monotonic() + 60.0 * minutes
+    while time.monotonic() < end:
+        what = chance.random()
+        if what < 0.35:
+            view.key(chance.choice(keys))
+        elif what < 0.6:
+            key = chance.choice(["w", "a", "s", "d", "e", "q", "Shift_L"])
+            view.tool("keyup" if key in held else "keydown", key)
+            held ^= {key}
+        elif what < 0.85:
+            view.tool("mousemove", chance.randrange(SIZE[0]), chance.randrange(SIZE[1]))
+        elif what < 0.95:
+            view.tool(chance.choice(["mousedown", "mouseup", "click"]), chance.choice(["1", "3", "4", "5"]))
+        elif what < 0.97:
+            view.tool("windowsize", view.window, chance.randrange(60, 700), chance.randrange(60, 500))
+        else:
+            time.sleep(0.2)
+        view.states()
+        if view.process.poll() is not None:
+            raise AssertionError(f"seed {seed}: the view ended: {view.process.communicate()}")
+        sizes.append((time.monotonic(), resident_bytes(view.process.pid)))
+    for key in held:
+        view.tool("keyup", key)
+    for button in ("1", "3"):
+        view.tool("mouseup", button)
+    with contextlib.suppress(subprocess.CalledProcessError):
+        view.key("Escape")
+    totals = view.end()
+    middle = sizes[len(sizes) // 2][0]
+    halves = [max(size for at, size in sizes if (at < middle) == first) for first in (True, False)]
+    totals["resident_growth"] = halves[1] / halves[0] - 1.0
+    print(json.dumps(totals))
+    assert totals["fell_through"] == 0, totals
+    assert totals["below_ground"] == 0, totals
+    return totals
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("terrane")
+    parser.add_argument("--minutes", type=float)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only")
+    options = parser.parse_args()
+    if shutil.which("xdotool") is None or "DISPLAY" not in os.environ:
+        print("xdotool or a display is absent")
+        return SKIPPED
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    with tempfile.TemporaryDirectory() as folder:
+        if options.minutes:
+            play_at_random(options.terrane, folder, options.minutes, options.seed)
+            return 0
+        for case in CASES:
+            if options.only and options.only not in case.__name__:
+                continue
+            start = time.monotonic()
+            case(options.terrane, folder)
+            print(f"{case.__name__}: {time.monotonic() - start:.1f} s", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
