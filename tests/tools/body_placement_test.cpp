@@ -363,23 +363,44 @@ TEST_F(Boulders, ThatOverlapABodyAreLeftOutUntilItIsGone) {
     EXPECT_TRUE(is_there(world));
 }
 
+// Ids too: the slots of removed objects are reused in the same order.
 TEST_F(Boulders, OfALoadedWorldGoOnWithTheSameBits) {
     World world = World::create({}).value();
     ObjectBodies objects = make();
     for (int i = 0; i < 8; ++i) add_ball(world, above(20.0 * i - 80.0, 15.0 * i, 3.0), 15.0);
-    const auto run = [&](World& each, ObjectBodies& of_each, int steps) {
-        for (int step = 0; step < steps; ++step) {
-            ASSERT_TRUE(of_each.follow(each, ground()));
-            each.step(ground(), kDt);
-        }
+    const auto step = [&](World& each, ObjectBodies& of_each) {
+        ASSERT_TRUE(of_each.follow(each, ground()));
+        each.step(ground(), kDt);
     };
-    run(world, objects, 60);
-    World loaded = World::load(world.save()).value();
-    ObjectBodies again = make();
-    run(world, objects, 120);
-    run(loaded, again, 120);
+    std::vector<World> loaded;
+    std::vector<ObjectBodies> again;
+    for (int i = 0; i < 180; ++i) {
+        step(world, objects);
+        for (std::size_t k = 0; k < loaded.size(); ++k) step(loaded[k], again[k]);
+        if (i % 12 != 11) continue;
+        loaded.push_back(World::load(world.save()).value());
+        again.push_back(make());
+    }
     EXPECT_GT(static_count(world), 10u);
-    EXPECT_EQ(world.state_hash(), loaded.state_hash());
+    for (const World& each : loaded) EXPECT_EQ(world.state_hash(), each.state_hash());
+}
+
+// A world that replaces another one has the objects of its own bodies.
+TEST_F(Boulders, OfAReplacedWorldAreTakenOver) {
+    World world = World::create({}).value();
+    ObjectBodies objects = make();
+    const BodyId ball = add_ball(world, above(0.0, 0.0, 5.0), 0.0);
+    ASSERT_TRUE(objects.follow(world, ground()));
+    const std::vector<std::byte> before = world.save();
+    BodyState far;
+    far.pose.translation = above(300.0, 200.0, 5.0);
+    ASSERT_TRUE(world.teleport(ball, far));
+    ASSERT_TRUE(objects.follow(world, ground()));
+    ASSERT_NE(world.save(), before);
+    world = World::load(before).value();
+    objects.take_over();
+    ASSERT_TRUE(objects.follow(world, ground()));
+    EXPECT_EQ(world.save(), before);
 }
 
 }  // namespace object_bodies_test

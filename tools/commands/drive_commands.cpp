@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "commands/journey.h"
+#include "commands/run_files.h"
 #include "commands/travellers.h"
 #include "program/command.h"
 #include "program/summary.h"
@@ -62,10 +63,13 @@ struct DriveOptions : FlightOptions {
     std::size_t crates = 0;
     OnRoll on_roll = OnRoll::stop;
     bool ruts = false;
+    std::string record;  ///< a file; "" for none
 };
 
-CommandResult<void> run_drive(const DriveOptions& options) {
+CommandResult<void> run_drive(const DriveOptions& options, const CLI::App& command) {
     TERRANE_TRY(check(options));
+    TERRANE_TRY(refuse_idle_flags(
+        command, {{{"--record"}, !options.ruts, "does not go with --ruts: no record has digs"}}));
     TERRANE_TRY(check(options.camera));
     TERRANE_TRY(check_drivable(options.path));
     TerrainOptions wanted = options.terrain;
@@ -97,7 +101,9 @@ CommandResult<void> run_drive(const DriveOptions& options) {
                 FlightOutput::create(options, terrain, Journey::columns(vehicle)));
     TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
 
-    TERRANE_TRY(drive.play(maker, output, nodes));
+    TERRANE_TRY(std::optional<RunRecorder> recorder,
+                begin_record(options.record, command, terrain, drive.run_settings(RunKind::drive)));
+    TERRANE_TRY(drive.play(maker, output, nodes, recorder ? &*recorder : nullptr));
     nlohmann::ordered_json summary;
     summary["vehicle"] = vehicle_names()[static_cast<std::size_t>(options.vehicle)];
     summary.update(summarize(drive.totals()));
@@ -110,6 +116,7 @@ CommandResult<void> run_drive(const DriveOptions& options) {
     summary["path"] = options.path;
     summary["terrain"] = terrain.name;
     TERRANE_TRY(output.finish("Drive over " + terrain.name, summary));
+    TERRANE_TRY(end_record(recorder, drive.state_hash(), summary));
     print_summary(summary, options.json);
     return output.verdict(plan.frame_count);
 }
@@ -154,6 +161,7 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
     add_vehicle_options(*drive, *options);
     add_crates_option(*drive, options->crates);
     add_camera_options(*drive, options->camera);
+    add_record_option(*drive, options->record);
     add_flight_options(*drive, *options,
                        {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials",
                         "water", "water_m"});
@@ -163,8 +171,9 @@ void add_drive_command(CLI::App& app, CommandContext& context) {
         "that starts or leads where there is no ground is refused.\n"
         "Example: terrane drive --dem tools/data/jacksboro.tif --seed 7 --vehicle six-wheeler\n"
         "         --crates 40 --video --out out/drive");
-    drive->callback(
-        [&context, options] { context.run = [options] { return run_drive(*options); }; });
+    drive->callback([&context, options, drive] {
+        context.run = [options, drive] { return run_drive(*options, *drive); };
+    });
 }
 
 namespace {
@@ -176,9 +185,10 @@ constexpr double kLeastWalk = 0.1, kGreatestWalk = 100.0;  // m/s
 struct WalkOptions : FlightOptions {
     CameraOptions camera = {};
     std::size_t crates = 0;
+    std::string record;  ///< a file; "" for none
 };
 
-CommandResult<void> run_walk(const WalkOptions& options) {
+CommandResult<void> run_walk(const WalkOptions& options, const CLI::App& command) {
     TERRANE_TRY(check(options));
     TERRANE_TRY(check(options.camera));
     TERRANE_TRY(check_drivable(options.path));
@@ -198,7 +208,9 @@ CommandResult<void> run_walk(const WalkOptions& options) {
                 FlightOutput::create(options, terrain, Journey::columns(character)));
     TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
 
-    TERRANE_TRY(walk.play(maker, output, nodes));
+    TERRANE_TRY(std::optional<RunRecorder> recorder,
+                begin_record(options.record, command, terrain, walk.run_settings(RunKind::walk)));
+    TERRANE_TRY(walk.play(maker, output, nodes, recorder ? &*recorder : nullptr));
     nlohmann::ordered_json summary = summarize(walk.totals());
     summary.update(summarize(character.progress()));
     summary.update(summarize(output.frames(), options.memory_bytes(), options.fps));
@@ -206,6 +218,7 @@ CommandResult<void> run_walk(const WalkOptions& options) {
     summary["path"] = options.path;
     summary["terrain"] = terrain.name;
     TERRANE_TRY(output.finish("Walk over " + terrain.name, summary));
+    TERRANE_TRY(end_record(recorder, walk.state_hash(), summary));
     print_summary(summary, options.json);
     return output.verdict(plan.frame_count);
 }
@@ -228,6 +241,7 @@ void add_walk_command(CLI::App& app, CommandContext& context) {
                  "How long at most; 20 without it, or as long as the track");
     add_crates_option(*walk, options->crates);
     add_camera_options(*walk, options->camera);
+    add_record_option(*walk, options->record);
     add_flight_options(*walk, *options,
                        {"bodies", "surface", "volumes", "objects", "nodes", "imagery", "materials",
                         "water", "water_m"});
@@ -237,7 +251,9 @@ void add_walk_command(CLI::App& app, CommandContext& context) {
         "is no ground is refused.\n"
         "Example: terrane walk --dem tools/data/jacksboro.tif --seed 7 --crates 40 --video --out "
         "out/walk");
-    walk->callback([&context, options] { context.run = [options] { return run_walk(*options); }; });
+    walk->callback([&context, options, walk] {
+        context.run = [options, walk] { return run_walk(*options, *walk); };
+    });
 }
 
 }  // namespace terrane::tools

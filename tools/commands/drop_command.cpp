@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include "commands/drop_bodies.h"
+#include "commands/run_files.h"
 #include "flight/cameras.h"
 #include "flight/flight_output.h"
-#include "flight/pictures.h"
 #include "program/command.h"
 #include "program/geometry.h"
 #include "program/options.h"
@@ -10,7 +11,6 @@
 #include "program/summary.h"
 #include "scene/body_placement.h"
 #include "scene/scene_bodies.h"
-#include "scene/shape_meshes.h"
 #include "scene/terrain_options.h"
 
 #include <terrane/collision/world.h>
@@ -20,7 +20,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -28,7 +27,6 @@
 #include <iterator>
 #include <memory>
 #include <optional>
-#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,6 +39,27 @@ namespace terrane::tools {
 /// messages name the file.
 Result<World> restore_world(const std::string& path, int worker_count);
 
+/// When the frames of a drop are due, and their camera.
+class DropFrames {
+public:
+    /// @param world at the start
+    DropFrames(const Terrain& terrain, const World& world, double fps)
+        : camera_(terrain.source, world.states()), fps_(fps) {}
+
+    /// Time of the next frame, seconds from the start. It shows the state after the first step that ends then or later.
+    double due() const { return static_cast<double>(count_) / fps_; }
+    /// Moves the camera for the next frame.
+    void begin(const World& world) {
+        if (count_++ > 0) camera_.follow(world.states(), 1.0 / fps_);
+    }
+    const DropCamera& camera() const { return camera_; }
+
+private:
+    DropCamera camera_;
+    double fps_;
+    std::size_t count_ = 0;  // frames begun
+};
+
 /// Pictures of the bodies of a drop, with frames.csv and report.html. Has its own pager, so that drawing does not
 /// affect the simulation.
 class DropFilm {
@@ -50,29 +69,35 @@ public:
     ///
     /// Fails as FlightOutput and FrameMaker.
     static Result<DropFilm> create(const FlightOptions& options, const Terrain& terrain,
-                                   const World& world, std::size_t first_body);
+                                   const World& world, std::size_t first_body,
+                                   const DropCamera& camera);
 
     /// Shows a mesh file for all bodies of a shape: see BodyNodes::set_mesh().
     void set_mesh(const Shape& shape, const std::string& path, double scale) {
         nodes_.set_mesh(shape, path, scale);
     }
 
-    /// Makes the frames due up to `time` (seconds from the start) with the current poses. Fails with io.
-    Result<void> show(const World& world, const StepReport& report, double time);
+    /// Makes the frame for one time, seconds. Fails with io.
+    Result<void> show(const World& world, const StepFigures& last, const DropCamera& camera,
+                      double time);
 
     /// Completes all files, and adds frames, renderer, samples and out to the summary. Fails with io.
     Result<void> finish(const std::string& title, nlohmann::ordered_json& summary);
 
 private:
     DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output, BodyNodes nodes,
-             DropCamera camera, const Terrain& terrain);
+             DropBodies bodies)
+        : options_(options),
+          maker_(std::move(maker)),
+          output_(std::move(output)),
+          nodes_(std::move(nodes)),
+          bodies_(std::move(bodies)) {}
 
     FlightOptions options_;
     FrameMaker maker_;
     FlightOutput output_;
     BodyNodes nodes_;
-    DropCamera camera_;
-    std::set<std::array<double, 3>> fixed_;  // positions of the static bodies of the scene
+    DropBodies bodies_;
 };
 
 Result<World> restore_world(const std::string& path, int worker_count) {
@@ -96,78 +121,26 @@ Result<World> restore_world(const std::string& path, int worker_count) {
     return world;
 }
 
-namespace {
-
-const std::vector<std::string> kColumns{"awake", "touching_pairs", "depth_m"};
-
-std::array<double, 3> place_of(const BodyState& state) {
-    const WorldPos& p = state.pose.translation;
-    return {p.x(), p.y(), p.z()};
-}
-
-// Gives bodies of a world the nodes of the scene's bodies. The world has them in the scene's order; if it was restored,
-// other bodies may be between them. A node therefore goes to the next body, from `first` on, that has its body's shape.
-void set_nodes(std::span<const PlacedBody> of_scene, const World& world, std::size_t first,
-               BodyNodes& nodes) {
-    const auto settings = world.settings();
-    std::size_t body = first;
-    for (const PlacedBody& placed : of_scene) {
-        std::size_t found = body;
-        while (found < settings.size() &&
-               !is_same_shape(settings[found].shape, placed.settings.shape))
-            ++found;
-        if (found == settings.size()) continue;
-        nodes.set_node(found, placed);
-        body = found + 1;
-    }
-}
-
-}  // namespace
-
-DropFilm::DropFilm(const FlightOptions& options, FrameMaker maker, FlightOutput output,
-                   BodyNodes nodes, DropCamera camera, const Terrain& terrain)
-    : options_(options),
-      maker_(std::move(maker)),
-      output_(std::move(output)),
-      nodes_(std::move(nodes)),
-      camera_(std::move(camera)) {
-    for (const PlacedBody& body : terrain.bodies) {
-        if (body.settings.type == BodyType::static_body) fixed_.insert(place_of(body.state));
-    }
-}
-
 Result<DropFilm> DropFilm::create(const FlightOptions& options, const Terrain& terrain,
-                                  const World& world, std::size_t first_body) {
+                                  const World& world, std::size_t first_body,
+                                  const DropCamera& camera) {
     TERRANE_TRY(FrameMaker maker,
                 FrameMaker::create(terrain.source, frame_maker_settings(options)));
-    TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain, kColumns));
+    TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain, drop_columns()));
     TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
-    set_nodes(terrain.bodies, world, first_body, nodes);
-    DropCamera camera(terrain.source, world.states());
+    DropBodies bodies(terrain, world, first_body, nodes);
     maker.load_until_stable(camera.view(make_view(options.size, options.fov_deg)), {}, 0.0);
     return DropFilm(options, std::move(maker), std::move(output), std::move(nodes),
-                    std::move(camera), terrain);
+                    std::move(bodies));
 }
 
-Result<void> DropFilm::show(const World& world, const StepReport& report, double time) {
-    const View picture = make_view(options_.size, options_.fov_deg);
-    for (;;) {
-        const double due = static_cast<double>(output_.frames().size()) / options_.fps;
-        if (due > time) return {};
-        if (due > 0.0) camera_.follow(world.states(), 1.0 / options_.fps);
-        const View view = camera_.view(picture);
-        for (std::size_t body = 0; body < world.states().size(); ++body) {
-            const BodyState& state = world.states()[body];
-            // the other static bodies stand for objects of the scene, which are drawn themselves
-            if (state.condition == BodyCondition::fixed && !fixed_.contains(place_of(state)))
-                continue;
-            TERRANE_TRY(nodes_.show(body, world.settings()[body].shape, state));
-        }
-        MadeFrame frame = maker_.make({.view = view, .velocity = camera_.velocity()}, {}, due);
-        frame.record.extra = {static_cast<double>(report.awake),
-                              static_cast<double>(report.touching_pairs), report.max_depth_m};
-        TERRANE_TRY(output_.add(std::move(frame), view));
-    }
+Result<void> DropFilm::show(const World& world, const StepFigures& last, const DropCamera& camera,
+                            double time) {
+    const View view = camera.view(make_view(options_.size, options_.fov_deg));
+    TERRANE_TRY(bodies_.show(world, nodes_));
+    MadeFrame frame = maker_.make({.view = view, .velocity = camera.velocity()}, {}, time);
+    frame.record.extra = drop_figures(last);
+    return output_.add(std::move(frame), view);
 }
 
 Result<void> DropFilm::finish(const std::string& title, nlohmann::ordered_json& summary) {
@@ -200,6 +173,7 @@ struct DropOptions {
     bool no_sleep = false;
     std::string trace;
     std::string save, restore;  ///< files of a world; "" for none
+    std::string record;         ///< a file; "" for none
     bool json = false;
 };
 
@@ -302,7 +276,8 @@ CommandResult<World> make_world(const DropOptions& options, const Terrain& terra
 
 CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& terrain,
                                    ObjectBodies& objects, Pager& pager, World& world,
-                                   OutputFile* trace, DropFilm* film) {
+                                   DropFrames& frames, OutputFile* trace, DropFilm* film,
+                                   RunRecorder* recorder) {
     using Clock = std::chrono::steady_clock;
     const std::size_t step_count = count_steps(options);
     Progress progress("dropping");
@@ -311,10 +286,19 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
     if (trace != nullptr) write_poses(*trace, 0, world.states());
     StepReport report;
     report.awake = world.states().size();
-    const auto film_until = [&](double time) {
-        return film == nullptr ? Result<void>{} : film->show(world, report, time);
+    const bool has_frames = film != nullptr || recorder != nullptr;
+    const auto show_until = [&](double time) -> Result<void> {
+        const StepFigures last{report.awake, report.touching_pairs, report.max_depth_m};
+        while (has_frames && frames.due() <= time) {
+            const double due = frames.due();
+            frames.begin(world);
+            if (film != nullptr) TERRANE_TRY(film->show(world, last, frames.camera(), due));
+            if (recorder != nullptr)
+                recorder->add_frame(world, frames.camera().state(), CharacterGait(), last);
+        }
+        return {};
     };
-    TERRANE_TRY(film_until(0.0));
+    TERRANE_TRY(show_until(0.0));
     for (std::size_t step = 1; step <= step_count && !is_interrupted(); ++step) {
         progress.show(static_cast<double>(step) / static_cast<double>(step_count));
         const double time = options.dt * static_cast<double>(step);
@@ -324,7 +308,11 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
         const Clock::time_point begin = Clock::now();
         report = world.step(ground, options.dt);
         totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
-        TERRANE_TRY(film_until(time));
+        if (recorder != nullptr) {
+            recorder->add_step({});
+            if (report.parked > 0) recorder->amend(world);
+        }
+        TERRANE_TRY(show_until(time));
         if (trace == nullptr) continue;
         write_poses(*trace, step, world.states());
         if (trace->has_failed()) break;  // commit() reports the cause
@@ -344,7 +332,10 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     }
     TERRANE_TRY(refuse_idle_flags(
         command,
-        {{{"--fps", "--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
+        {{{"--size", "--fov-deg"}, !options.film.out.empty(), "goes with --out DIR"},
+         {{"--fps"},
+          !options.film.out.empty() || !options.record.empty(),
+          "goes with --out DIR or --record FILE"},
          {{"--shape", "--scale", "--count", "--speed", "--spin", "--substep", "--no-sleep"},
           options.restore.empty(),
           "is in the world that --restore reads"},
@@ -388,18 +379,29 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
         TERRANE_TRY(OutputFile file, OutputFile::create(options.save));
         saved.emplace(std::move(file));
     }
+    const DropLayout& layout = with_seed.layout;
+    // the number of dropped bodies in a restored world is not known
+    const std::size_t first_body = options.restore.empty() ? layout.count : 0;
+    TERRANE_TRY(std::optional<RunRecorder> recorder,
+                begin_record(options.record, command, terrain,
+                             {.kind = RunKind::drop,
+                              .fps = options.film.fps,
+                              .dt = options.dt,
+                              .contact_spacing = options.contact_spacing_m,
+                              .first_scene_body = first_body,
+                              .mesh_file = options.shape_file,
+                              .mesh_scale = layout.scale}));
+    DropFrames frames(terrain, world, options.film.fps);
     std::optional<DropFilm> film;
     if (!options.film.out.empty()) {
-        const DropLayout& layout = with_seed.layout;
-        // the number of dropped bodies in a restored world is not known
-        const std::size_t first_body = options.restore.empty() ? layout.count : 0;
-        TERRANE_TRY(DropFilm made, DropFilm::create(options.film, terrain, world, first_body));
+        TERRANE_TRY(DropFilm made,
+                    DropFilm::create(options.film, terrain, world, first_body, frames.camera()));
         film.emplace(std::move(made));
         if (layout.file_shape) film->set_mesh(*layout.file_shape, options.shape_file, layout.scale);
     }
     TERRANE_TRY(const DropTotals totals,
-                simulate(options, terrain, objects, pager, world, trace ? &*trace : nullptr,
-                         film ? &*film : nullptr));
+                simulate(options, terrain, objects, pager, world, frames, trace ? &*trace : nullptr,
+                         film ? &*film : nullptr, recorder ? &*recorder : nullptr));
     if (trace) {
         TERRANE_TRY(trace->commit());
     }
@@ -426,10 +428,11 @@ CommandResult<void> run_drop(const DropOptions& options, const CLI::App& command
     summary["step_ms_median"] = quantile(totals.step_ms, 0.5);
     summary["step_ms_p99"] = quantile(totals.step_ms, 0.99);
     summary["peak_bytes"] = pager.stats().peak_bytes;
-    summary["state_hash"] = fmt::format("{:016x}", world.state_hash());
+    summary["state_hash"] = hash_text(world.state_hash());
     if (film) {
         TERRANE_TRY(film->finish("Drop onto " + terrain.name, summary));
     }
+    TERRANE_TRY(end_record(recorder, world.state_hash(), summary));
     print_summary(summary, options.json);
     if (is_cut_short) {
         return failure(
@@ -499,6 +502,7 @@ void add_drop_command(CLI::App& app, CommandContext& context) {
             "Go on from a world that --save wrote over the same terrain: 2 s, and 2 s more "
             "of the world restored, give the bits of 4 s")
         ->type_name("FILE");
+    add_record_option(*drop, options->record);
     add_picture_options(*drop, options->film, "film");
     drop->add_flag("--json", options->json, "Print one JSON object");
     add_preset_option(*drop);

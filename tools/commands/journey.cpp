@@ -124,8 +124,42 @@ CommandResult<Journey> Journey::create(const FlightOptions& options, const Terra
                    std::move(world), std::move(obstacles));
 }
 
+std::vector<std::string> journey_columns() {
+    return {"speed_m_s", "depth_m", "body_x_m", "body_y_m", "body_z_m"};
+}
+
+std::vector<double> journey_figures(const BodyState& traveller, const StepFigures& last) {
+    const WorldPos& place = traveller.pose.translation;
+    return {traveller.velocity.norm(), last.max_depth_m, place.x(), place.y(), place.z()};
+}
+
+std::size_t first_crate(BodyId traveller) { return traveller.index + std::size_t{1}; }
+
+std::size_t first_scene_body(BodyId traveller, std::size_t crate_count) {
+    return first_crate(traveller) + crate_count;
+}
+
+void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNodes& nodes) {
+    for (std::size_t i = 0; i < of_scene.size(); ++i) nodes.set_node(first + i, of_scene[i]);
+}
+
+Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
+                         std::size_t scene_count, BodyNodes& nodes) {
+    const auto show_body = [&](std::size_t body, const Tint& tint) {
+        BodyState state = world.states()[body];
+        // bodies that wake and sleep would flicker
+        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
+        return nodes.show(body, world.settings()[body].shape, state, tint);
+    };
+    for (std::size_t i = 0; i < crate_count; ++i)
+        TERRANE_TRY(show_body(first_crate(traveller) + i, crate_tint(i)));
+    for (std::size_t i = 0; i < scene_count; ++i)
+        TERRANE_TRY(show_body(first_scene_body(traveller, crate_count) + i, {1.0f, 1.0f, 1.0f}));
+    return {};
+}
+
 std::vector<std::string> Journey::columns(const Traveller& traveller) {
-    std::vector<std::string> names{"speed_m_s", "depth_m", "body_x_m", "body_y_m", "body_z_m"};
+    std::vector<std::string> names = journey_columns();
     const std::vector<std::string> more = traveller.columns();
     names.insert(names.end(), more.begin(), more.end());
     return names;
@@ -141,17 +175,16 @@ CommandResult<void> Journey::put_down(const Ground& ground) {
     TERRANE_TRY(std::vector<PlacedBody> crates, lay_out_crates(crates_, ground, obstacles_));
     TERRANE_TRY(const BodyId entered, traveller_.enter(world_, ground, obstacles_));
     body_ = entered;
-    TERRANE_TRY(const auto added, add_bodies(crates, world_));
-    crate_ids_ = added;
+    TERRANE_TRY(add_bodies(crates, world_));
     for (int i = 0; i < kStepsToRest; ++i) {
         traveller_.control(world_, false, kLongestStep);
         step(ground, kLongestStep);
     }
-    TERRANE_TRY(const auto of_scene, add_bodies(terrain_.bodies, world_));
-    scene_ids_ = of_scene;
+    TERRANE_TRY(add_bodies(terrain_.bodies, world_));
     TERRANE_TRY(add_bodies(scene_objects_.placed(), world_));
     touched_.assign(world_.states().size(), 0);
-    for (const BodyId crate : crate_ids_) touched_[crate.index] = 1;
+    std::fill_n(touched_.begin() + static_cast<std::ptrdiff_t>(first_crate(body_)), crates_.count,
+                std::uint8_t{1});
     camera_.emplace(*terrain_.source, traveller_.pose(world_), camera_settings_);
     return {};
 }
@@ -187,51 +220,60 @@ void Journey::count_touched() {
     }
 }
 
+int Journey::steps_in_frame() const {
+    return static_cast<int>(std::ceil(frame_time() / kLongestStep - 1e-9));
+}
+
+RunSettings Journey::run_settings(RunKind kind) const {
+    return {.kind = kind,
+            .fps = options_.fps,
+            .dt = frame_time() / steps_in_frame(),
+            .camera = camera_settings_,
+            .crate_count = crates_.count};
+}
+
 // Advances the journey by one frame on the resident ground.
-CommandResult<void> Journey::advance(const Ground& ground, double dt) {
-    const auto steps = static_cast<int>(std::ceil(dt / kLongestStep - 1e-9));
-    for (int i = 0; i < steps && !traveller_.has_ended(world_); ++i) {
+CommandResult<void> Journey::advance(const Ground& ground, RunRecorder* recorder) {
+    const double dt = frame_time() / steps_in_frame();
+    for (int i = 0; i < steps_in_frame() && !traveller_.has_ended(world_); ++i) {
         const WorldPos before = world_.state(body_).pose.translation;
         TERRANE_TRY(scene_objects_.follow(world_, ground));
-        traveller_.control(world_, true, dt / steps);
-        step(ground, dt / steps);
+        const RunAction action = traveller_.control(world_, true, dt);
+        step(ground, dt);
         const BodyState& state = world_.state(body_);
         if (state.condition != BodyCondition::left_world) {
             totals_.distance_m += (state.pose.translation - before).norm();
         }
         count_touched();
-        camera_->follow(traveller_.pose(world_), dt / steps, ground, world_, body_);
-        traveller_.react(world_, ground, dt / steps);
+        const bool has_changed = traveller_.react(world_, ground, dt);
+        camera_->follow(traveller_.pose(world_), dt, ground, world_, body_);
+        if (recorder == nullptr) continue;
+        recorder->add_step({action});
+        if (has_changed || last_.parked > 0) recorder->amend(world_);
+        if (!camera_->is_complete()) recorder->amend(camera_->state());
     }
     return {};
 }
 
 Result<void> Journey::show(BodyNodes& nodes) const {
     TERRANE_TRY(traveller_.show(world_, nodes));
-    const auto show_body = [&](const BodyId& id, const Tint& tint) {
-        BodyState state = world_.states()[id.index];
-        // bodies that wake and sleep would flicker
-        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        return nodes.show(id.index, world_.settings()[id.index].shape, state, tint);
-    };
-    for (std::size_t i = 0; i < crate_ids_.size(); ++i)
-        TERRANE_TRY(show_body(crate_ids_[i], crate_tint(i)));
-    for (const BodyId id : scene_ids_) TERRANE_TRY(show_body(id, {1.0f, 1.0f, 1.0f}));
-    return {};
+    return show_bodies(world_, body_, crates_.count, terrain_.bodies.size(), nodes);
 }
 
-CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output, BodyNodes& nodes) {
+CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output, BodyNodes& nodes,
+                                  RunRecorder* recorder) {
     Progress progress("driving");
     const View picture = make_view(options_.size, options_.fov_deg);
     std::vector<BodyNeed> needs = crate_needs(crates_, *terrain_.source);
     needs.push_back(traveller_.first_need());
+    needs.push_back(camera_->need());
     const std::span<const BodyNeed> of_scene = obstacles_.needs();
     needs.insert(needs.end(), of_scene.begin(), of_scene.end());
     maker.load_until_stable(camera_->view(picture), needs, 0.0);
     if (output.is_closed()) return {};
     TERRANE_TRY(put_down(ground_of(maker)));
-    for (std::size_t i = 0; i < scene_ids_.size(); ++i)
-        nodes.set_node(scene_ids_[i].index, terrain_.bodies[i]);
+    if (recorder != nullptr) recorder->set_traveller(body_);
+    set_nodes(terrain_.bodies, first_scene_body(body_, crates_.count), nodes);
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < plan_.frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(plan_.frame_count));
@@ -242,17 +284,19 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output, BodyN
         const View view = camera_->view(picture);
         traveller_.change_ground(world_, maker.pager());
         TERRANE_TRY(show(nodes));
-        MadeFrame frame =
-            maker.make({.view = view, .velocity = camera_->velocity()}, world_.needs(), time);
-        const BodyState& body = world_.state(body_);
-        const WorldPos& place = body.pose.translation;
-        frame.record.extra = {body.velocity.norm(), last_.max_depth_m, place.x(), place.y(),
-                              place.z()};
-        const std::vector<double> figures = traveller_.figures(world_);
-        frame.record.extra.insert(frame.record.extra.end(), figures.begin(), figures.end());
+        const std::span<const BodyNeed> of_world = world_.needs();
+        needs.assign(of_world.begin(), of_world.end());
+        needs.push_back(camera_->need());
+        MadeFrame frame = maker.make({.view = view, .velocity = camera_->velocity()}, needs, time);
+        frame.record.extra = journey_figures(world_.state(body_), figures());
+        const std::vector<double> of_traveller = traveller_.figures(world_);
+        frame.record.extra.insert(frame.record.extra.end(), of_traveller.begin(),
+                                  of_traveller.end());
         TERRANE_TRY(output.add(std::move(frame), view));
+        if (recorder != nullptr)
+            recorder->add_frame(world_, camera_->state(), traveller_.gait(), figures());
         if (output.is_closed() || traveller_.has_ended(world_)) break;
-        TERRANE_TRY(advance(ground_of(maker), 1.0 / options_.fps));
+        TERRANE_TRY(advance(ground_of(maker), recorder));
     }
     return {};
 }

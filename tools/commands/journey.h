@@ -7,6 +7,7 @@
 #include "flight/flight_output.h"
 #include "program/command.h"
 #include "program/geometry.h"
+#include "record/run_record.h"
 #include "scene/body_placement.h"
 #include "scene/scene_bodies.h"
 
@@ -33,6 +34,20 @@ struct DrivePlan {
 /// @param limits      max_slope, max_bump and bump_reach: of the ground under built-in paths
 CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Terrain& terrain,
                                          double usual_speed, const CameraPathSettings& limits);
+
+/// Columns of frames.csv that all journeys have, and their values.
+std::vector<std::string> journey_columns();
+std::vector<double> journey_figures(const BodyState& traveller, const StepFigures& last);
+
+/// The index of the first crate in the world of a journey, and of the first body of its scene.
+std::size_t first_crate(BodyId traveller);
+std::size_t first_scene_body(BodyId traveller, std::size_t crate_count);
+
+/// Gives the bodies of a scene, which have consecutive indices in a world, their nodes.
+void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNodes& nodes);
+/// Shows the crates of a journey and the bodies of its scene. Fails as BodyNodes::show()
+Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
+                         std::size_t scene_count, BodyNodes& nodes);
 
 /// Sums and maxima over the steps of a journey.
 struct JourneyTotals {
@@ -63,7 +78,15 @@ public:
 
     /// Loads the first ground, places the traveller and the crates on it, simulates 1.5 s until they rest, adds the
     /// bodies of the scene, and plays the frames.
-    CommandResult<void> play(FrameMaker& maker, FlightOutput& output, BodyNodes& nodes);
+    ///
+    /// @param recorder null: the journey is not recorded
+    CommandResult<void> play(FrameMaker& maker, FlightOutput& output, BodyNodes& nodes,
+                             RunRecorder* recorder);
+
+    /// What a record of the journey says about its bodies, steps and camera.
+    RunSettings run_settings(RunKind kind) const;
+    /// World::state_hash() after the last step.
+    std::uint64_t state_hash() const { return world_.state_hash(); }
 
     const JourneyTotals& totals() const { return totals_; }
 
@@ -74,8 +97,11 @@ private:
 
     CommandResult<void> put_down(const Ground& ground);
     Ground ground_of(const FrameMaker& maker) const;
-    CommandResult<void> advance(const Ground& ground, double dt);
+    double frame_time() const { return 1.0 / options_.fps; }
+    int steps_in_frame() const;
+    CommandResult<void> advance(const Ground& ground, RunRecorder* recorder);
     void step(const Ground& ground, double dt);
+    StepFigures figures() const { return {last_.awake, last_.touching_pairs, last_.max_depth_m}; }
     void count_touched();
     Result<void> show(BodyNodes& nodes) const;
 
@@ -90,7 +116,6 @@ private:
     World obstacles_;  // only the bodies of the scene and its static objects
     std::optional<ChaseCamera> camera_;
     BodyId body_{};
-    std::vector<BodyId> crate_ids_, scene_ids_;
     std::vector<std::uint8_t>
         touched_;  // by body index: 0 not a crate, 1 a crate, 2 a touched crate
     JourneyTotals totals_;

@@ -29,6 +29,18 @@ double tilt_deg(const VehicleState& state) {
 
 }  // namespace
 
+std::vector<std::string> vehicle_columns() { return {"wheels_on_ground", "tilt_deg"}; }
+
+std::vector<double> vehicle_figures(const VehicleState& vehicle) {
+    return {static_cast<double>(wheels_in_contact(vehicle)), tilt_deg(vehicle)};
+}
+
+std::vector<std::string> character_columns() { return {"stands"}; }
+
+std::vector<double> character_figures(const CharacterState& character) {
+    return {character.stands ? 1.0 : 0.0};
+}
+
 CameraPathSettings ground_limits(const VehicleSettings& settings) {
     constexpr double kLeastBump = 0.05, kLeastReach = 0.5;  // metres
     constexpr double kShare = 0.8;
@@ -82,18 +94,20 @@ Result<BodyId> VehicleTraveller::enter(World& world, const Ground& ground, const
     return body_;
 }
 
-void VehicleTraveller::control(World& world, bool goes, double dt) {
+RunAction VehicleTraveller::control(World& world, bool goes, double dt) {
     const VehicleControls controls =
         goes ? driver_.drive(settings_, state(world), dt) : VehicleControls{.brake = 1.0};
+    const RunAction action = DriveVehicle{body_, controls};
     // the id of the body and its controls are valid: the call cannot fail
-    (void)world.set_controls(body_, controls);
+    (void)apply(action, world);
+    return action;
 }
 
-void VehicleTraveller::react(World& world, const Ground& ground, double) {
+bool VehicleTraveller::react(World& world, const Ground& ground, double) {
     if (ruts_ != nullptr) ruts_->roll(state(world), settings_.wheel_radius, ground);
-    if (!state(world).is_rolled_over) return;
+    if (!state(world).is_rolled_over) return false;
     has_rolled_over_ = true;
-    if (on_roll_ == OnRoll::stop) return;
+    if (on_roll_ == OnRoll::stop) return false;
     const Pose& pose = state(world).chassis.pose;
     Eigen::Vector2d along = pose.rotation.col(0).head<2>();
     if (along.norm() < 1e-3) along = Eigen::Vector2d::UnitX();  // the nose or tail is up
@@ -101,7 +115,9 @@ void VehicleTraveller::react(World& world, const Ground& ground, double) {
     const Result<Pose> placed = pose_on_ground(settings_, upright, ground);
     BodyState state;
     if (placed) state.pose = *placed;
-    if (placed && world.teleport(body_, state)) ++rights_;
+    const bool is_righted = placed && world.teleport(body_, state);
+    if (is_righted) ++rights_;
+    return is_righted;
 }
 
 void VehicleTraveller::change_ground(World& world, Pager& pager) {
@@ -129,7 +145,7 @@ void VehicleTraveller::add_supports(const World& world, std::vector<BodyId>& bod
 }
 
 std::vector<double> VehicleTraveller::figures(const World& world) const {
-    return {static_cast<double>(wheels_in_contact(state(world))), tilt_deg(state(world))};
+    return vehicle_figures(state(world));
 }
 
 Result<void> VehicleTraveller::show(const World& world, BodyNodes& nodes) const {
@@ -147,7 +163,6 @@ constexpr double kFirstDetour = 1.0;     // seconds
 constexpr double kLongestDetour = 20.0;  // seconds
 constexpr double kPassed = 3.0;          // metres beyond an obstacle that count as past it
 constexpr double kDetourTurn = 1.6;      // radians off the path, away from the obstacle
-constexpr double kTurnTime = 0.3;        // time constant of the drawn heading, seconds
 constexpr double kClearance = 0.02;      // metres above the ground at the start
 
 Capsule capsule_of(const CharacterSettings& settings) {
@@ -163,7 +178,8 @@ Eigen::Vector2d turned(const Eigen::Vector2d& v, double angle) {
 
 CharacterTraveller::CharacterTraveller(const CharacterSettings& settings, Polyline path,
                                        double speed, const HeightSource& source)
-    : settings_(settings), path_(std::move(path)), speed_(speed), heading_(path_.direction(0.0)) {
+    : settings_(settings), path_(std::move(path)), speed_(speed) {
+    gait_.heading = path_.direction(0.0);
     const Eigen::Vector2d p = path_.at(0.0);
     start_ = {p.x(), p.y(), source.height(p.x(), p.y()) + settings.radius + settings.half_height};
 }
@@ -173,12 +189,8 @@ BodyNeed CharacterTraveller::first_need() const {
 }
 
 Pose CharacterTraveller::pose(const World& world) const {
-    Pose pose;
-    pose.translation = world.contains(body_) ? state(world).body.pose.translation : start_;
-    pose.rotation << heading_.x(), -heading_.y(), 0.0,  //
-        heading_.y(), heading_.x(), 0.0,                //
-        0.0, 0.0, 1.0;
-    return pose;
+    return gait_.world_from_capsule(world.contains(body_) ? state(world).body.pose.translation
+                                                          : start_);
 }
 
 Result<BodyId> CharacterTraveller::enter(World& world, const Ground& ground,
@@ -212,17 +224,20 @@ Eigen::Vector2d CharacterTraveller::wanted_direction(const Eigen::Vector2d& here
     return detour_time_ > 0.0 ? turned(direction, detour_side_ * kDetourTurn) : direction;
 }
 
-void CharacterTraveller::control(World& world, bool goes, double) {
-    CharacterControls controls;
+RunAction CharacterTraveller::control(World& world, bool goes, double) {
+    controls_ = {};
     if (goes && !has_arrived()) {
-        controls.velocity = speed_ * wanted_direction(state(world).body.pose.translation.head<2>());
+        controls_.velocity =
+            speed_ * wanted_direction(state(world).body.pose.translation.head<2>());
     }
+    const RunAction action = WalkCharacter{body_, controls_};
     // the id of the body and its controls are valid: the call cannot fail
-    (void)world.set_controls(body_, controls);
+    (void)apply(action, world);
+    return action;
 }
 
-void CharacterTraveller::react(World& world, const Ground&, double dt) {
-    if (state(world).stands) walked_ += dt * state(world).body.velocity.head<2>().norm();
+bool CharacterTraveller::react(World& world, const Ground&, double dt) {
+    gait_.follow(state(world), controls_, dt);
     const Eigen::Vector2d here = state(world).body.pose.translation.head<2>();
     double nearest = along_;
     for (double ahead = along_; ahead <= along_ + kSearch; ahead += kSearchStep) {
@@ -244,9 +259,7 @@ void CharacterTraveller::react(World& world, const Ground&, double dt) {
         stuck_along_ = along_;
         stuck_time_ = 0.0;
     }
-    heading_ += dt / (dt + kTurnTime) * (wanted_direction(here) - heading_);
-    heading_ =
-        heading_.norm() > 1e-3 ? Eigen::Vector2d(heading_.normalized()) : path_.direction(along_);
+    return false;
 }
 
 bool CharacterTraveller::has_arrived() const { return along_ >= path_.length() - kNear; }
@@ -269,12 +282,12 @@ void CharacterTraveller::add_supports(const World& world, std::vector<BodyId>& b
 }
 
 std::vector<double> CharacterTraveller::figures(const World& world) const {
-    return {state(world).stands ? 1.0 : 0.0};
+    return character_figures(state(world));
 }
 
 Result<void> CharacterTraveller::show(const World& world, BodyNodes& nodes) const {
     const double speed = state(world).body.velocity.head<2>().norm();
-    return nodes.show(settings_, pose(world), walked_, speed);
+    return nodes.show(settings_, pose(world), gait_.walked, speed);
 }
 
 }  // namespace terrane::tools

@@ -3,6 +3,7 @@
 
 #include "frames/body_nodes.h"
 #include "program/geometry.h"
+#include "record/run_record.h"
 #include "scene/vehicle_placement.h"
 #include "scene/wheel_ruts.h"
 
@@ -18,6 +19,12 @@
 #include <vector>
 
 namespace terrane::tools {
+
+/// Names and values of the additional columns of frames.csv for a vehicle and for a character.
+std::vector<std::string> vehicle_columns();
+std::vector<double> vehicle_figures(const VehicleState& vehicle);
+std::vector<std::string> character_columns();
+std::vector<double> character_figures(const CharacterState& character);
 
 /// How far a traveller has come along its path.
 struct PathProgress {
@@ -44,9 +51,13 @@ public:
     virtual Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) = 0;
 
     /// Sets the controls for the next step of `dt` seconds: to follow the path or, if `goes` is false, to stop.
-    virtual void control(World& world, bool goes, double dt) = 0;
+    ///
+    /// Returns: the controls that were set
+    virtual RunAction control(World& world, bool goes, double dt) = 0;
     /// Reacts to a completed step of `dt` seconds.
-    virtual void react(World& world, const Ground& ground, double dt) = 0;
+    ///
+    /// Returns: whether it changed the world
+    virtual bool react(World& world, const Ground& ground, double dt) = 0;
     /// Changes the ground. Called before each update of the pager, in the same frame.
     virtual void change_ground(World&, Pager&) {}
     /// Whether the journey is over: the traveller has arrived and stopped, or cannot continue.
@@ -58,9 +69,11 @@ public:
     /// Appends the bodies that support the traveller.
     virtual void add_supports(const World& world, std::vector<BodyId>& bodies) const = 0;
 
-    /// Names and values of additional columns of frames.csv.
+    /// Names and values of its columns of frames.csv.
     virtual std::vector<std::string> columns() const = 0;
     virtual std::vector<double> figures(const World& world) const = 0;
+    /// How it faces and has walked, if it is a character.
+    virtual CharacterGait gait() const { return {}; }
     /// Shows the traveller. Fails as BodyNodes::show()
     virtual Result<void> show(const World& world, BodyNodes& nodes) const = 0;
 };
@@ -84,16 +97,16 @@ public:
     BodyNeed first_need() const override;
     Pose pose(const World& world) const override;
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
-    void control(World& world, bool goes, double dt) override;
+    RunAction control(World& world, bool goes, double dt) override;
     /// With OnRoll::right, sets the vehicle upright after a rollover; tries again in the next step if ground is not
     /// resident.
-    void react(World& world, const Ground& ground, double dt) override;
+    bool react(World& world, const Ground& ground, double dt) override;
     void change_ground(World& world, Pager& pager) override;
     bool has_ended(const World& world) const override;
     PathProgress progress() const override;
     bool is_supported(const World& world) const override;
     void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
-    std::vector<std::string> columns() const override { return {"wheels_on_ground", "tilt_deg"}; }
+    std::vector<std::string> columns() const override { return vehicle_columns(); }
     std::vector<double> figures(const World& world) const override;
     Result<void> show(const World& world, BodyNodes& nodes) const override;
 
@@ -129,14 +142,15 @@ public:
     BodyNeed first_need() const override;
     Pose pose(const World& world) const override;
     Result<BodyId> enter(World& world, const Ground& ground, const World& obstacles) override;
-    void control(World& world, bool goes, double dt) override;
-    void react(World& world, const Ground& ground, double dt) override;
+    RunAction control(World& world, bool goes, double dt) override;
+    bool react(World& world, const Ground& ground, double dt) override;
     bool has_ended(const World& world) const override;
     PathProgress progress() const override;
     bool is_supported(const World& world) const override { return state(world).stands; }
     void add_supports(const World& world, std::vector<BodyId>& bodies) const override;
-    std::vector<std::string> columns() const override { return {"stands"}; }
+    std::vector<std::string> columns() const override { return character_columns(); }
     std::vector<double> figures(const World& world) const override;
+    CharacterGait gait() const override { return gait_; }
     Result<void> show(const World& world, BodyNodes& nodes) const override;
 
 private:
@@ -149,9 +163,9 @@ private:
     Polyline path_;
     double speed_;
     WorldPos start_ = WorldPos::Zero();
-    Eigen::Vector2d heading_;
+    CharacterGait gait_;
+    CharacterControls controls_;  // of the last step
     BodyId body_{};
-    double walked_ = 0.0;      // metres on its feet
     double along_ = 0.0;       // metres along the path to the nearest point; never decreases
     double stuck_time_ = 0.0;  // seconds without progress or detour
     double still_time_ = 0.0;  // seconds without progress

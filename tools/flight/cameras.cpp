@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace terrane::tools {
@@ -25,6 +26,22 @@ constexpr double kApproachRate = 50.0;       // largest acceleration along the l
 constexpr double kReturnRate = 5.0;          // the same while the eye moves away, m/s^2
 constexpr double kReturnSpeed = 3.0;         // m/s
 
+// Copies the numbers of a camera's state to an array, or back, in the order of visit_state().
+struct StateWriter {
+    double*& next;
+    void operator()(double value) const { *next++ = value; }
+    void operator()(const Eigen::Vector3d& v) const {
+        for (int axis = 0; axis < 3; ++axis) *next++ = v[axis];
+    }
+};
+struct StateReader {
+    const double*& next;
+    void operator()(double& value) const { value = *next++; }
+    void operator()(Eigen::Vector3d& v) const {
+        for (int axis = 0; axis < 3; ++axis) v[axis] = *next++;
+    }
+};
+
 // Blend factor of a first-order lag (implicit Euler): stable for any dt.
 double lag(double dt, double time) { return dt / (dt + time); }
 
@@ -41,12 +58,12 @@ ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
 }
 
 // Height of the ground that the camera must stay above: the heightfield or, if the target is in a cave, its floor.
-double ChaseCamera::floor_at(double x, double y, const Pose& pose_world,
-                             const Ground* ground) const {
+double ChaseCamera::floor_at(double x, double y, const Pose& pose_world, const Ground* ground) {
     const double height = source_.height(x, y);
     if (ground == nullptr || !ground->has_solids()) return height;
     const double top = pose_world.translation.z() + settings_.above;
     const HeightAnswer below = ground->height_below(x, y, top);
+    is_complete_ = is_complete_ && below.status != QueryStatus::not_resident;
     return below.status == QueryStatus::ok ? below.height : std::min(height, top);
 }
 
@@ -56,7 +73,7 @@ WorldPos ChaseCamera::target_of(const Pose& pose_world) const {
 
 // The eye that sees the target over the ground between them.
 WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Eigen::Vector3d& heading,
-                                 const Ground* ground) const {
+                                 const Ground* ground) {
     const double cosine = std::cos(settings_.bearing), sine = std::sin(settings_.bearing);
     const Eigen::Vector3d towards(cosine * heading.x() + sine * heading.y(),
                                   cosine * heading.y() - sine * heading.x(), 0.0);
@@ -77,13 +94,14 @@ WorldPos ChaseCamera::wanted_eye(const Pose& pose_world, const Eigen::Vector3d& 
 
 // Distance by which the eye must come nearer, so that nothing is between it and the target now and soon, metres.
 double ChaseCamera::wanted_approach(const Pose& pose_world, const Eigen::Vector3d& ahead,
-                                    const Ground& ground, const World& world, BodyId own) const {
+                                    const Ground& ground, const World& world, BodyId own) {
     const QueryFilter filter{.except = own};
     const auto hidden_share = [&](const WorldPos& target, const WorldPos& eye) {
         Motion motion;
         motion.start.translation = target;
         motion.translation = eye - target;
         const CastQueryAnswer met = world.cast(ground, Sphere{kProbeRadius}, motion, filter);
+        is_complete_ = is_complete_ && met.status != QueryStatus::not_resident;
         return met.hit ? 1.0 - met.fraction : 0.0;
     };
     double share = hidden_share(target_world_, free_eye_world_);
@@ -106,6 +124,7 @@ void ChaseCamera::follow(const Pose& pose_world, double dt, const Ground& ground
     const Eigen::Vector3d moved = (pose_world.translation - place_world_) / dt;
     motion_ += lag(dt, kMotionTime) * (moved - motion_);
     place_world_ = pose_world.translation;
+    is_complete_ = true;
 
     const WorldPos before = eye_world_;
     const WorldPos wanted = wanted_eye(pose_world, heading_, &ground);
@@ -140,6 +159,39 @@ void ChaseCamera::follow(const Pose& pose_world, double dt, const Ground& ground
         std::max(eye_world_.z(),
                  floor_at(eye_world_.x(), eye_world_.y(), pose_world, &ground) + kLeastClearance);
     velocity_ = is_first ? moved : Eigen::Vector3d((eye_world_ - before) / dt);
+}
+
+BodyNeed ChaseCamera::need() const {
+    const double distance = std::hypot(settings_.behind, settings_.above) +
+                            std::abs(settings_.target_above) + kProbeRadius;
+    const double seen_ahead = *std::max_element(std::begin(kLookAhead), std::end(kLookAhead));
+    return {.centre_world = place_world_,
+            .velocity = motion_,
+            .radius = distance + seen_ahead * motion_.norm()};
+}
+
+template <class Camera, class Visit>
+void ChaseCamera::visit_state(Camera& camera, const Visit& visit) {
+    for (auto* v :
+         {&camera.heading_, &camera.place_world_, &camera.motion_, &camera.free_eye_world_,
+          &camera.eye_world_, &camera.target_world_, &camera.velocity_})
+        visit(*v);
+    visit(camera.approach_);
+    visit(camera.approach_speed_);
+}
+
+CameraState<ChaseCamera::kStateSize> ChaseCamera::state() const {
+    CameraState<kStateSize> state{};
+    double* next = state.data();
+    visit_state(*this, StateWriter{next});
+    *next = is_following_ ? 1.0 : 0.0;
+    return state;
+}
+
+void ChaseCamera::restore(const CameraState<kStateSize>& state) {
+    const double* next = state.data();
+    visit_state(*this, StateReader{next});
+    is_following_ = *next != 0.0;
 }
 
 View ChaseCamera::view(const View& view) const {
@@ -224,6 +276,26 @@ void DropCamera::follow(std::span<const BodyState> bodies, double dt) {
     const WorldPos wanted = find_eye();
     eye_world_ = clear_of_ground(moved + share * (wanted - moved), kClearanceShare);
     velocity_ = (eye_world_ - before) / dt;
+}
+
+template <class Camera, class Visit>
+void DropCamera::visit_state(Camera& camera, const Visit& visit) {
+    visit(camera.distance_);
+    visit(camera.heading_);
+    for (auto* v : {&camera.motion_, &camera.target_world_, &camera.eye_world_, &camera.velocity_})
+        visit(*v);
+}
+
+CameraState<DropCamera::kStateSize> DropCamera::state() const {
+    CameraState<kStateSize> state{};
+    double* next = state.data();
+    visit_state(*this, StateWriter{next});
+    return state;
+}
+
+void DropCamera::restore(const CameraState<kStateSize>& state) {
+    const double* next = state.data();
+    visit_state(*this, StateReader{next});
 }
 
 View DropCamera::view(const View& view) const {

@@ -2,14 +2,21 @@
 #pragma once
 
 #include <terrane/collision/world.h>
+#include <terrane/terrain/body_need.h>
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/height_source.h>
 #include <terrane/terrain/view.h>
 
+#include <array>
+#include <cstddef>
 #include <memory>
 #include <span>
 
 namespace terrane::tools {
+
+/// All numbers that a camera carries from one follow() to the next. They have a meaning for the camera only.
+template <std::size_t count>
+using CameraState = std::array<double, count>;
 
 /// The view from another eye position towards a target; field of view and size are kept. The orientation is kept if eye
 /// and target coincide.
@@ -58,13 +65,26 @@ public:
     /// Mean velocity of the eye during the last follow(), m/s.
     const Eigen::Vector3d& velocity() const { return velocity_; }
 
+    /// The need for the ground that the next follow() asks about.
+    BodyNeed need() const;
+    /// Whether the ground that the last follow() asked about was resident. If so, equal calls give equal bits, whatever
+    /// other ground is resident.
+    bool is_complete() const { return is_complete_; }
+
+    static constexpr std::size_t kStateSize = 24;
+    /// A camera with the same source and settings, and this state, continues with the same bits.
+    CameraState<kStateSize> state() const;
+    void restore(const CameraState<kStateSize>& state);
+
 private:
-    double floor_at(double x, double y, const Pose& pose_world, const Ground* ground) const;
+    double floor_at(double x, double y, const Pose& pose_world, const Ground* ground);
     WorldPos target_of(const Pose& pose_world) const;
     WorldPos wanted_eye(const Pose& pose_world, const Eigen::Vector3d& heading,
-                        const Ground* ground) const;
+                        const Ground* ground);
     double wanted_approach(const Pose& pose_world, const Eigen::Vector3d& ahead,
-                           const Ground& ground, const World& world, BodyId own) const;
+                           const Ground& ground, const World& world, BodyId own);
+    template <class Camera, class Visit>
+    static void visit_state(Camera& camera, const Visit& visit);
 
     const HeightSource& source_;
     ChaseCameraSettings settings_;
@@ -72,6 +92,7 @@ private:
     WorldPos place_world_ = WorldPos::Zero();             // of the target, in the last follow()
     Eigen::Vector3d motion_ = Eigen::Vector3d::Zero();    // smoothed velocity of the target, m/s
     bool is_following_ = false;  // since the first follow(), from which on the ground is known
+    bool is_complete_ = true;
     WorldPos free_eye_world_ = WorldPos::Zero();  // the eye if nothing hides the target
     double approach_ = 0.0;        // distance from there towards the target, metres, >= 0
     double approach_speed_ = 0.0;  // m/s
@@ -95,7 +116,14 @@ public:
     /// Mean velocity of the eye during the last follow(), m/s.
     const Eigen::Vector3d& velocity() const { return velocity_; }
 
+    static constexpr std::size_t kStateSize = 14;
+    /// A camera with the same source and this state continues with the same bits.
+    CameraState<kStateSize> state() const;
+    void restore(const CameraState<kStateSize>& state);
+
 private:
+    template <class Camera, class Visit>
+    static void visit_state(Camera& camera, const Visit& visit);
     WorldPos find_eye() const;
     WorldPos clear_of_ground(WorldPos eye, double clearance) const;
 

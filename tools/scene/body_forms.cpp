@@ -414,4 +414,27 @@ std::vector<Pose> character_part_poses(const CharacterSettings& settings,
     return poses;
 }
 
+void CharacterGait::follow(const CharacterState& state, const CharacterControls& controls,
+                           double dt) {
+    constexpr double kTurnTime = 0.3;      // time constant, seconds
+    constexpr double kLeastSpeed = 1e-3;   // m/s; slower, it keeps its direction
+    constexpr double kLeastLength = 1e-3;  // of a heading that is turning back
+    if (state.stands) walked += dt * state.body.velocity.head<2>().norm();
+    const Eigen::Vector2d wanted(controls.velocity.x(), controls.velocity.y());
+    if (wanted.norm() < kLeastSpeed) return;
+    const Eigen::Vector2d turned =
+        heading + dt / (dt + kTurnTime) * (wanted.normalized() - heading);
+    heading =
+        turned.norm() > kLeastLength ? Eigen::Vector2d(turned.normalized()) : wanted.normalized();
+}
+
+Pose CharacterGait::world_from_capsule(const WorldPos& centre_world) const {
+    Pose pose;
+    pose.translation = centre_world;
+    pose.rotation << heading.x(), -heading.y(), 0.0,  //
+        heading.y(), heading.x(), 0.0,                //
+        0.0, 0.0, 1.0;
+    return pose;
+}
+
 }  // namespace terrane::tools

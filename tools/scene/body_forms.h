@@ -30,4 +30,16 @@ CharacterForm make_character_form(const CharacterSettings& settings);
 std::vector<Pose> character_part_poses(const CharacterSettings& settings,
                                        const Pose& world_from_capsule, double walked, double speed);
 
+/// What a character's form shows beside the pose of its body: the direction in which it faces, and how far it has
+/// walked.
+struct CharacterGait {
+    Eigen::Vector2d heading = Eigen::Vector2d::UnitX();  ///< unit, world axes
+    double walked = 0.0;                                 ///< metres on its feet
+
+    /// Follows a step of dt seconds: turns towards the wanted velocity, with a lag, and adds the distance walked.
+    void follow(const CharacterState& state, const CharacterControls& controls, double dt);
+    /// The pose of the capsule of the form: x forward, z up.
+    Pose world_from_capsule(const WorldPos& centre_world) const;
+};
+
 }  // namespace terrane::tools

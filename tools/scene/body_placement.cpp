@@ -413,17 +413,11 @@ Result<std::set<ObjectBodies::Key>> ObjectBodies::find_near(std::span<const Surr
     return found;
 }
 
-// Adds an object to the world, or reuses the body that a loaded world has for it. Absent if it would overlap a body.
+// Adds an object to the world. Absent if it would overlap a body.
 Result<std::optional<BodyId>> ObjectBodies::add(const Key& key, World& world,
-                                                const Ground& ground) {
+                                                const Ground& ground) const {
     const StaticScatter& scatter = *scatters_[key.scatter];
-    const ScatterPoint& point = scatter.squares.at(key.square)[key.index];
-    if (const auto found = loaded_.find(coordinates(point.position_world));
-        found != loaded_.end()) {
-        const BodyId id = found->second;
-        loaded_.erase(found);
-        return id;
-    }
+    const ScatterPoint& point = point_of(key);
     TERRANE_TRY(const Compound shape, scaled(scatter.shape, point.scale));
     const PlacedBody body = static_body(shape, pose_of(point), kScatterLayer);
     if (overlaps_dynamic(world, ground, body)) return std::optional<BodyId>();
@@ -431,36 +425,67 @@ Result<std::optional<BodyId>> ObjectBodies::add(const Key& key, World& world,
     return added;
 }
 
+const ScatterPoint& ObjectBodies::point_of(const Key& key) const {
+    return scatters_[key.scatter]->squares.at(key.square)[key.index];
+}
+
+// The scattered objects of a world.
+std::vector<BodyId> ObjectBodies::objects_of(const World& world) {
+    std::vector<BodyId> objects;
+    for (std::size_t i = 0; i < world.states().size(); ++i) {
+        if (world.states()[i].condition == BodyCondition::removed ||
+            world.settings()[i].filter.layers != kScatterLayer)
+            continue;
+        objects.push_back(world.id(i));
+    }
+    return objects;
+}
+
+void ObjectBodies::take_over() {
+    has_followed_ = false;
+    near_.clear();
+}
+
+// Slots of removed bodies are reused in an order that depends on the order of removal. That is the order of the bodies'
+// indices, which a loaded world has too.
 Result<void> ObjectBodies::follow(World& world, const Ground& ground) {
     if (scatters_.empty()) return {};
     std::vector<Surroundings> around = surroundings_of(world);
     if (!has_followed_ || around != around_) {
-        if (!has_followed_) {
-            for (std::size_t i = 0; i < world.states().size(); ++i) {
-                if (world.states()[i].condition == BodyCondition::removed ||
-                    world.settings()[i].filter.layers != kScatterLayer)
-                    continue;
-                loaded_.emplace(coordinates(world.states()[i].pose.translation), world.id(i));
-            }
-        }
         TERRANE_TRY(const std::set<Key> wanted, find_near(around));
-        for (auto each = near_.begin(); each != near_.end();) {
-            const bool is_far = !wanted.contains(each->first);
-            // the id comes from the world and is valid: removal cannot fail
-            if (is_far && each->second) (void)world.remove(*each->second);
-            each = is_far ? near_.erase(each) : std::next(each);
+        std::multimap<std::array<double, 3>, BodyId> loaded;  // by position
+        if (!has_followed_) {
+            for (const BodyId body : objects_of(world))
+                loaded.emplace(coordinates(world.state(body).pose.translation), body);
         }
-        for (const Key& key : wanted) near_.try_emplace(key);
+        std::set<BodyId> far;
+        for (const auto& [place, body] : loaded) far.insert(body);
+        for (const auto& [key, body] : near_) {
+            if (body) far.insert(*body);
+        }
+        std::map<Key, std::optional<BodyId>> near;
+        for (const Key& key : wanted) {
+            std::optional<BodyId>& body = near[key];
+            if (const auto known = near_.find(key); known != near_.end()) {
+                body = known->second;
+            } else if (const auto found = loaded.find(coordinates(point_of(key).position_world));
+                       found != loaded.end()) {
+                body = found->second;
+                loaded.erase(found);
+            }
+            if (body) far.erase(*body);
+        }
+        near_ = std::move(near);
+        // the ids come from the world and are valid: removal cannot fail
+        for (const BodyId body : far) (void)world.remove(body);
         around_ = std::move(around);
+        has_followed_ = true;
     }
     for (auto& [key, body] : near_) {
         if (body) continue;
         TERRANE_TRY(std::optional<BodyId> added, add(key, world, ground));
         body = added;
     }
-    for (const auto& [place, body] : loaded_) (void)world.remove(body);
-    loaded_.clear();
-    has_followed_ = true;
     return {};
 }
 

@@ -104,6 +104,8 @@ public:
     /// Fails: as Scatter::objects_in() and World::add()
     /// Cost:  O(bodies); after a body has moved by some metres, also O(objects near bodies)
     Result<void> follow(World& world, const Ground& ground);
+    /// Call after the world was replaced by a loaded one: the next follow() takes over the scattered objects in it.
+    void take_over();
 
 private:
     struct StaticScatter {
@@ -128,15 +130,15 @@ private:
 
     static std::vector<Surroundings> surroundings_of(const World& world);
     Result<std::set<Key>> find_near(std::span<const Surroundings> around);
-    Result<std::optional<BodyId>> add(const Key& key, World& world, const Ground& ground);
+    Result<std::optional<BodyId>> add(const Key& key, World& world, const Ground& ground) const;
+    const ScatterPoint& point_of(const Key& key) const;
+    static std::vector<BodyId> objects_of(const World& world);
 
     std::vector<PlacedBody> placed_;
     std::vector<std::unique_ptr<StaticScatter>> scatters_;
     std::vector<Surroundings> around_;           // at the last selection of objects; sorted
     std::map<Key, std::optional<BodyId>> near_;  // without an id if left out because of an overlap
     bool has_followed_ = false;
-    // The scattered objects of a loaded world, by position; empty after the first follow().
-    std::map<std::array<double, 3>, BodyId> loaded_;
 };
 
 }  // namespace terrane::tools

@@ -71,6 +71,8 @@ public:
     Result<void> commit(std::span<const std::uint8_t> directory);
     /// Bytes written so far; size of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
+    /// Path of the incomplete file, until commit().
+    const std::string& written_path() const { return written_path_; }
 
 private:
     SealedWriter(std::string path, std::string written_path, int handle, const SealedKind& kind);
