@@ -35,6 +35,7 @@ class View:
         command = [terrane, "view", *HILLS, "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.taken = 0
+        self.seen = []  # all states so far
         self.state = None
         self.wait("the first frame", lambda s: True)
         window = subprocess.run(["xdotool", "search", "--sync", "--pid", str(self.process.pid), "--name", "terrane"],
@@ -53,6 +54,7 @@ class View:
         lines = self.log.read_text().split("\n")[:-1]
         new = [json.loads(line) for line in lines[self.taken:]]
         self.taken = len(lines)
+        self.seen += new
         return new
 
     def wait(self, what, is_done, patience=PATIENCE):
@@ -70,6 +72,12 @@ class View:
 
     def key(self, *keys):
         self.tool("key", *keys)
+
+    def step(self, key):
+        """Steps the paused timeline; returns the state after it."""
+        before = self.state["time"]
+        self.key(key)
+        return self.wait("a step", lambda s: s["time"] != before)
 
     def end(self):
         if self.process.poll() is None:
@@ -148,9 +156,7 @@ def plays_seeks_and_steps(terrane, folder):
     # back to the start by single frames of the playback, and forth again: the same times show the same views
     seen = {}
     for key in ["comma"] * 5 + ["period"] * 5:
-        frame = view.state["frame"]
-        view.key(key)
-        state = view.wait("a step", lambda s: s["frame"] > frame + 1)
+        state = view.step(key)
         place = (state["eye"], state["forward"])
         time_key = round(state["time"], 6)
         assert seen.setdefault(time_key, place) == place, (time_key, seen[time_key], place)
@@ -173,6 +179,35 @@ def plays_seeks_and_steps(terrane, folder):
     view.key("p")
     view.wait("back on the path", lambda s: s["on_path"])
     view.end()
+
+
+def replays_a_record_and_seeks(terrane, folder):
+    record = os.path.join(folder, "drive.run")
+    subprocess.run([terrane, "drive", "--seed", "7", "--detail-m", "1", "--crates", "5", "--seconds", "6", "--record", record],
+                   check=True, capture_output=True, timeout=PATIENCE)
+    view = View(terrane, folder, "--replay", record)
+    assert view.state["on_path"] and view.state["bodies"] == 6, view.state
+    frame_of = lambda state: math.floor(state["time"] * 30 + 1e-6)
+    view.key("bracketright", "space")
+    view.wait("the end", lambda s: not s["playing"] and s["time"] > 5)
+    played = {frame_of(state): (state["state_hash"], state["eye"]) for state in view.seen}
+    assert len({state_hash for state_hash, _ in played.values()}) > 20, len(played)
+    view.key("F2")
+    time.sleep(0.5)
+    compared = 0
+    for x in (-60, 40, -20):  # of the timeline, from the window's middle
+        frame = view.state["frame"]
+        view.tool("mousemove", SIZE[0] // 2 + x, SIZE[1] - 24, "click", "1")
+        view.wait("a seek", lambda s: s["frame"] > frame + 3)
+        for _ in range(6):
+            state = view.step("period")
+            known = played.get(frame_of(state))
+            compared += known is not None
+            assert known in (None, (state["state_hash"], state["eye"])), (state, known)
+    assert compared >= 3, compared
+    view.end()
+    other = subprocess.run([terrane, "view", "--seed", "8", "--replay", record], capture_output=True, text=True, timeout=PATIENCE)
+    assert other.returncode == 1 and "drive.run" in other.stderr, other.stderr
 
 
 def resizes_pictures_and_copies(terrane, folder):
@@ -253,8 +288,8 @@ def ends_in_a_line_without_a_display(terrane, folder):
     assert 1 <= err.count("\n") <= 3 and "terminate" not in err, err
 
 
-CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, resizes_pictures_and_copies,
-         marks_and_panels_work, refuses_what_cannot_be, ends_in_a_line_without_a_display]
+CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, replays_a_record_and_seeks,
+         resizes_pictures_and_copies, marks_and_panels_work, refuses_what_cannot_be, ends_in_a_line_without_a_display]
 
 
 def resident_bytes(pid):

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "commands/drop_bodies.h"
 #include "commands/run_files.h"
 #include "flight/cameras.h"
 #include "flight/flight_output.h"
@@ -9,6 +8,7 @@
 #include "program/output_file.h"
 #include "program/progress.h"
 #include "program/summary.h"
+#include "record/run_bodies.h"
 #include "scene/body_placement.h"
 #include "scene/scene_bodies.h"
 #include "scene/terrain_options.h"

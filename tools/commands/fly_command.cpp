@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "commands/drop_bodies.h"
 #include "commands/journey.h"
 #include "commands/run_files.h"
 #include "commands/travellers.h"
@@ -12,6 +11,7 @@
 #include "program/progress.h"
 #include "program/summary.h"
 #include "record/replay.h"
+#include "record/run_bodies.h"
 #include "record/run_record.h"
 
 #include <terrane/playback/camera_path.h>
@@ -177,46 +177,6 @@ std::vector<double> figures_of(const Replay& replay) {
     figures.insert(figures.end(), of_traveller.begin(), of_traveller.end());
     return figures;
 }
-
-/// The bodies of a replay as nodes of a scene.
-class ReplayBodies {
-public:
-    ReplayBodies(const Replay& replay, const Terrain& terrain, BodyNodes nodes)
-        : nodes_(std::move(nodes)) {
-        const RunSettings& settings = replay.record().settings();
-        const World& world = replay.world();
-        if (settings.kind == RunKind::drop) {
-            drop_.emplace(terrain, world, settings.first_scene_body, nodes_);
-            if (!settings.mesh_file.empty())
-                nodes_.set_mesh(world.settings()[0].shape, settings.mesh_file, settings.mesh_scale);
-            return;
-        }
-        scene_count_ = terrain.bodies.size();
-        set_nodes(terrain.bodies, first_scene_body(settings.traveller, settings.crate_count),
-                  nodes_);
-    }
-
-    Result<void> show(const Replay& replay) {
-        const RunSettings& settings = replay.record().settings();
-        const World& world = replay.world();
-        if (drop_) return drop_->show(world, nodes_);
-        const BodyId traveller = settings.traveller;
-        if (settings.kind == RunKind::drive) {
-            TERRANE_TRY(nodes_.show(*world.vehicle_settings(traveller), *world.vehicle(traveller)));
-        } else {
-            const BodyState& body = world.state(traveller);
-            TERRANE_TRY(nodes_.show(*world.character_settings(traveller),
-                                    replay.gait().world_from_capsule(body.pose.translation),
-                                    replay.gait().walked, body.velocity.head<2>().norm()));
-        }
-        return show_bodies(world, traveller, settings.crate_count, scene_count_, nodes_);
-    }
-
-private:
-    BodyNodes nodes_;
-    std::optional<DropBodies> drop_;
-    std::size_t scene_count_ = 0;
-};
 
 /// The frames of a record that are shown.
 struct FrameRange {

@@ -83,12 +83,6 @@ constexpr double kLongestStep = 1.0 / 60.0;  // seconds
 constexpr int kStepsToRest = 90;
 constexpr double kFreeAtStart = 3.0;  // metres between the traveller's start and crates
 
-/// One of several shades of wood.
-Tint crate_tint(std::size_t index) {
-    const float shade = 0.8f + 0.1f * static_cast<float>(index % 4);
-    return {shade, shade, shade};
-}
-
 }  // namespace
 
 Journey::Journey(const FlightOptions& options, const Terrain& terrain, const DrivePlan& plan,
@@ -131,31 +125,6 @@ std::vector<std::string> journey_columns() {
 std::vector<double> journey_figures(const BodyState& traveller, const StepFigures& last) {
     const WorldPos& place = traveller.pose.translation;
     return {traveller.velocity.norm(), last.max_depth_m, place.x(), place.y(), place.z()};
-}
-
-std::size_t first_crate(BodyId traveller) { return traveller.index + std::size_t{1}; }
-
-std::size_t first_scene_body(BodyId traveller, std::size_t crate_count) {
-    return first_crate(traveller) + crate_count;
-}
-
-void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNodes& nodes) {
-    for (std::size_t i = 0; i < of_scene.size(); ++i) nodes.set_node(first + i, of_scene[i]);
-}
-
-Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
-                         std::size_t scene_count, BodyNodes& nodes) {
-    const auto show_body = [&](std::size_t body, const Tint& tint) {
-        BodyState state = world.states()[body];
-        // bodies that wake and sleep would flicker
-        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        return nodes.show(body, world.settings()[body].shape, state, tint);
-    };
-    for (std::size_t i = 0; i < crate_count; ++i)
-        TERRANE_TRY(show_body(first_crate(traveller) + i, crate_tint(i)));
-    for (std::size_t i = 0; i < scene_count; ++i)
-        TERRANE_TRY(show_body(first_scene_body(traveller, crate_count) + i, {1.0f, 1.0f, 1.0f}));
-    return {};
 }
 
 std::vector<std::string> Journey::columns(const Traveller& traveller) {

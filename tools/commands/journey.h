@@ -7,6 +7,7 @@
 #include "flight/flight_output.h"
 #include "program/command.h"
 #include "program/geometry.h"
+#include "record/run_bodies.h"
 #include "record/run_record.h"
 #include "scene/body_placement.h"
 #include "scene/scene_bodies.h"
@@ -38,16 +39,6 @@ CommandResult<DrivePlan> make_drive_plan(const FlightOptions& options, const Ter
 /// Columns of frames.csv that all journeys have, and their values.
 std::vector<std::string> journey_columns();
 std::vector<double> journey_figures(const BodyState& traveller, const StepFigures& last);
-
-/// The index of the first crate in the world of a journey, and of the first body of its scene.
-std::size_t first_crate(BodyId traveller);
-std::size_t first_scene_body(BodyId traveller, std::size_t crate_count);
-
-/// Gives the bodies of a scene, which have consecutive indices in a world, their nodes.
-void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNodes& nodes);
-/// Shows the crates of a journey and the bodies of its scene. Fails as BodyNodes::show()
-Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
-                         std::size_t scene_count, BodyNodes& nodes);
 
 /// Sums and maxima over the steps of a journey.
 struct JourneyTotals {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "commands/run_files.h"
 #include "flight/flight_options.h"
 #include "program/command.h"
 #include "program/options.h"
@@ -31,7 +32,7 @@ struct ViewOptions : FlightOptions {
     bool no_help = false;
     bool no_dig = false;
     double close_after = std::numeric_limits<double>::quiet_NaN();
-    std::string state_log;
+    std::string state_log, replay;  // files; "" for none
 };
 
 // A word of a shell's command line.
@@ -75,17 +76,31 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
         command,
         {{{"--speed", "--altitude", "--seconds"}, !options.path.empty(), "goes with --path"},
          {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"},
+         {{"--path"}, options.replay.empty(), "does not go with --replay"},
+         {terrain_detail_flags(command), options.replay.empty() || chooses_terrain(command),
+          "is in the record that --replay reads, unless --dem, --seed or --scene names its "
+          "terrain"},
          {{"--vehicle"}, options.being == Being::driver, "goes with --be driver"},
          {{"--aim-deg"}, options.eye_m.has_value(), "goes with --eye-m"}}));
-    TERRANE_TRY(Terrain terrain, open_terrain(options.terrain));
+    ViewerSettings settings;
+    TerrainOptions wanted = options.terrain;
+    if (!options.replay.empty()) {
+        TERRANE_TRY(RunRecord record, RunRecord::open(options.replay));
+        settings.record.emplace(std::move(record));
+        if (!chooses_terrain(command)) {
+            TERRANE_TRY(wanted, terrain_options_of(*settings.record, options.terrain));
+        }
+    }
+    TERRANE_TRY(Terrain terrain, open_terrain(wanted));
+    if (settings.record) TERRANE_TRY(settings.record->check_terrain(terrain));
     TERRANE_TRY(check_limits(options, terrain));
     std::unique_ptr<GroundBrush> brush;
-    if (!options.no_dig) {
+    // a record is of ground without digs
+    if (!options.no_dig && !settings.record) {
         CommandResult<std::unique_ptr<GroundBrush>> made = GroundBrush::create(terrain);
         // a view without digging is still a view
         if (made) brush = *std::move(made);
     }
-    ViewerSettings settings;
     if (!options.path.empty()) {
         TERRANE_TRY(settings.path, open_path(options.path, terrain,
                                              {.speed = given(options.speed),
@@ -143,6 +158,9 @@ void add_view_command(CLI::App& app, CommandContext& context) {
                      "A path to play: " + CameraPath::built_in_list() +
                          ", or a track: .csv, .gpx, .igc, .tum; without it the camera is free")
         ->type_name("PATH");
+    view->add_option("--replay", options->replay,
+                     "A run to play that --record of fly, drive, walk or drop wrote")
+        ->type_name("FILE");
     add_positive(*view, "--speed", options->speed, "Of the path, as for fly");
     add_positive(*view, "--altitude", options->altitude, "Of the path, as for fly");
     add_positive(*view, "--seconds", options->seconds, "Length of the path, as for fly");

@@ -31,13 +31,15 @@ Eigen::Vector2d unit_or(const Eigen::Vector2d& v, const Eigen::Vector2d& otherwi
 LiveWorld::LiveWorld(const Terrain& terrain, World world, ObjectBodies objects)
     : terrain_(&terrain), world_(std::move(world)), objects_(std::move(objects)) {}
 
-Result<LiveWorld> LiveWorld::create(const Terrain& terrain) {
+Result<LiveWorld> LiveWorld::create(const Terrain& terrain, bool has_bodies) {
     WorldSettings settings;
     settings.report_contacts = true;
     TERRANE_TRY(World world, World::create(settings));
     TERRANE_TRY(ObjectBodies objects, ObjectBodies::create(terrain.source, terrain.objects.get()));
     LiveWorld made(terrain, std::move(world), std::move(objects));
-    TERRANE_TRY(made.scene_ids_, add_bodies(terrain.bodies, made.world_));
+    if (has_bodies) {
+        TERRANE_TRY(made.scene_ids_, add_bodies(terrain.bodies, made.world_));
+    }
     TERRANE_TRY(add_bodies(made.objects_.placed(), made.world_));
     return made;
 }

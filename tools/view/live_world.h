@@ -37,10 +37,11 @@ public:
     /// Largest number of crates; a new one then replaces the oldest.
     static constexpr std::size_t kMostThrown = 500;
 
-    /// @param terrain must outlive the world
+    /// @param terrain    must outlive the world
+    /// @param has_bodies whether the world has the bodies of the terrain's scene
     ///
     /// Fails: as ObjectBodies::create() and World::add()
-    static Result<LiveWorld> create(const Terrain& terrain);
+    static Result<LiveWorld> create(const Terrain& terrain, bool has_bodies = true);
 
     World& world() { return world_; }
     const World& world() const { return world_; }

@@ -84,12 +84,6 @@ ImU32 colour_of(const std::array<float, 3>& rgb, float alpha = 1.0f) {
     return ImGui::ColorConvertFloat4ToU32(ImVec4(rgb[0], rgb[1], rgb[2], alpha));
 }
 
-void begin_panel(const char* name, bool* is_open) {
-    ImGui::SetNextWindowBgAlpha(0.78f);
-    ImGui::Begin(name, is_open,
-                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
-}
-
 }  // namespace
 
 std::span<const KeyHelp> key_helps() { return kKeys; }
@@ -114,7 +108,28 @@ Overlay::~Overlay() {
     ImGui::DestroyContext();
 }
 
-bool Overlay::takes_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+void Overlay::begin_panel(const char* name, bool* is_open, int more_flags) {
+    ImGui::SetNextWindowBgAlpha(0.78f);
+    ImGui::Begin(name, is_open,
+                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | more_flags);
+}
+
+void Overlay::end_panel() {
+    const ImVec2 low = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
+    covered_.push_back({low.x, low.y, low.x + size.x, low.y + size.y});
+    ImGui::End();
+}
+
+bool Overlay::takes_mouse(double x_px, double y_px) const {
+    if (ImGui::IsAnyItemActive()) return true;
+    const ImVec2 scale = ImGui::GetIO().DisplayFramebufferScale;
+    const double x = x_px / static_cast<double>(std::max(scale.x, 1e-3f));
+    const double y = y_px / static_cast<double>(std::max(scale.y, 1e-3f));
+    return std::ranges::any_of(covered_, [&](const std::array<float, 4>& panel) {
+        const auto edge = [&](std::size_t i) { return static_cast<double>(panel[i]); };
+        return x >= edge(0) && y >= edge(1) && x < edge(2) && y < edge(3);
+    });
+}
 bool Overlay::takes_keys() const { return ImGui::GetIO().WantTextInput; }
 
 double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timeline) {
@@ -125,10 +140,11 @@ double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timelin
     if (times_.size() > kPlotted) times_.pop_front();
     if (errors_.size() > kPlotted) errors_.pop_front();
     if (help == Help::none && !shows_panel && !shows_map && facts.lines.empty()) {
-        ImGui::GetIO().WantCaptureMouse = false;
+        covered_.clear();
         return 0.0;
     }
     if (window_.width_px() < 1 || window_.height_px() < 1) return 0.0;
+    covered_.clear();
     const auto start = std::chrono::steady_clock::now();
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
@@ -174,7 +190,7 @@ void Overlay::draw_help() {
         }
         ImGui::EndTable();
     }
-    ImGui::End();
+    end_panel();
     if (!is_open) help = Help::none;
 }
 
@@ -211,11 +227,11 @@ void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
         ImGui::Text("objects %zu with %zu triangles", frame.objects_drawn, frame.object_triangles);
     }
     if (facts.live != nullptr) {
-        const StepReport& step = facts.live->last();
-        ImGui::Text("bodies: %llu awake, %llu asleep, %llu parked",
-                    static_cast<unsigned long long>(step.awake),
-                    static_cast<unsigned long long>(step.asleep),
-                    static_cast<unsigned long long>(step.parked));
+        const auto count = [&](BodyCondition condition) {
+            return std::ranges::count(facts.world->states(), condition, &BodyState::condition);
+        };
+        ImGui::Text("bodies: %td awake, %td asleep, %td parked", count(BodyCondition::awake),
+                    count(BodyCondition::asleep), count(BodyCondition::parked));
         ImGui::Text("deepest %.4f m, fell through %llu", facts.live->totals().max_depth_m,
                     static_cast<unsigned long long>(facts.live->totals().fell_through));
     }
@@ -227,7 +243,7 @@ void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
         ImGui::TextUnformatted(facts.note.c_str());
     }
     ImGui::PopItemWidth();
-    ImGui::End();
+    end_panel();
 }
 
 void Overlay::draw_dials(const ViewFacts&, ViewDials& dials) {
@@ -274,10 +290,7 @@ void Overlay::draw_timeline(Timeline& timeline) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, size.y - kMargin), ImGuiCond_Always,
                             ImVec2(0.5f, 1.0f));
-    ImGui::SetNextWindowBgAlpha(0.78f);
-    ImGui::Begin("Timeline", nullptr,
-                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoTitleBar |
-                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoMove);
+    begin_panel("Timeline", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
     if (ImGui::Button(timeline.is_playing() ? "Pause" : "Play ")) timeline.toggle();
     ImGui::SameLine();
     if (std::isfinite(timeline.duration())) {
@@ -300,7 +313,7 @@ void Overlay::draw_timeline(Timeline& timeline) {
         ImGui::SameLine();
         if (ImGui::Checkbox("loop", &loops)) timeline.set_loops(loops);
     }
-    ImGui::End();
+    end_panel();
 }
 
 void Overlay::draw_map(const ViewFacts& facts) {
@@ -339,8 +352,8 @@ void Overlay::draw_map(const ViewFacts& facts) {
         const WorldPos &from = facts.path[i - 1], &to = facts.path[i];
         list->AddLine(at(from.x(), from.y()), at(to.x(), to.y()), IM_COL32(255, 220, 80, 255));
     }
-    if (facts.live != nullptr) {
-        for (const BodyState& state : facts.live->world().states()) {
+    if (facts.world != nullptr) {
+        for (const BodyState& state : facts.world->states()) {
             if (state.condition == BodyCondition::removed) continue;
             const WorldPos& p = state.pose.translation;
             list->AddCircleFilled(at(p.x(), p.y()), 2.0f, IM_COL32(120, 255, 120, 255), 6);
@@ -355,7 +368,7 @@ void Overlay::draw_map(const ViewFacts& facts) {
                       at(eye.x() + ahead.x() - side.x(), eye.y() + ahead.y() - side.y()),
                       IM_COL32(255, 255, 255, 255));
     list->PopClipRect();
-    ImGui::End();
+    end_panel();
 }
 
 }  // namespace terrane::tools

@@ -54,6 +54,7 @@ struct ViewFacts {
     std::vector<std::string> picked = {};  ///< lines about what was clicked
     std::string note = {};                 ///< the last message
     const LiveWorld* live = nullptr;
+    const World* world = nullptr;  ///< with the bodies that are shown
     std::shared_ptr<const ResidentSet> resident = {};
     std::span<const WorldPos> path = {};  ///< points of the path that is played; empty without one
     std::span<const PictureLine> lines = {};
@@ -74,8 +75,9 @@ public:
     bool shows_panel = true;
     bool shows_map = false;
 
-    /// Whether the mouse is over a panel, or a panel takes the keys.
-    bool takes_mouse() const;
+    /// Whether a panel of the last draw() covers a point, pixels of the window, or is being dragged.
+    bool takes_mouse(double x_px, double y_px) const;
+    /// Whether text is typed into a panel.
     bool takes_keys() const;
 
     /// Draws all panels into the window. Changes the dials and the timeline as the user asks.
@@ -84,6 +86,8 @@ public:
     double draw(const ViewFacts& facts, ViewDials& dials, Timeline& timeline);
 
 private:
+    void begin_panel(const char* name, bool* is_open, int more_flags = 0);
+    void end_panel();
     void draw_help();
     void draw_panel(const ViewFacts& facts, ViewDials& dials);
     void draw_dials(const ViewFacts& facts, ViewDials& dials);
@@ -94,6 +98,8 @@ private:
     std::deque<std::array<float, 3>> times_;   // update, draw and wait of the last frames, ms
     std::deque<std::array<float, 2>> errors_;  // certified error and target, px
     double map_side_ = 4000.0;                 // metres
+    std::vector<std::array<float, 4>>
+        covered_;  // panels: left, top, right and bottom, ImGui's units
 };
 
 }  // namespace terrane::tools

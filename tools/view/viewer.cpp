@@ -67,8 +67,7 @@ Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
       maker_(std::move(maker)),
       live_(std::move(live)),
       picture_(make_view(options.size, options.fov_deg)),
-      timeline_(settings_.path ? settings_.path->duration()
-                               : std::numeric_limits<double>::infinity()) {}
+      timeline_(std::numeric_limits<double>::infinity()) {}
 
 Viewer::~Viewer() {
     if (log_ != nullptr) std::fclose(log_);
@@ -88,15 +87,23 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
                                         of_renderer));
     TERRANE_TRY(FrameMaker maker,
                 FrameMaker::create(terrain.source, frame_maker_settings(options)));
-    TERRANE_TRY(LiveWorld live, LiveWorld::create(terrain));
+    // the bodies of the scene are those of the run
+    const bool is_replay = settings.record && settings.record->settings().kind != RunKind::flight;
+    TERRANE_TRY(LiveWorld live, LiveWorld::create(terrain, !is_replay));
     std::unique_ptr<Viewer> made(
         new Viewer(options, terrain, std::move(brush), std::move(settings), std::move(window),
                    std::move(context), std::move(renderer), std::move(maker), std::move(live)));
     Viewer& viewer = *made;
     TERRANE_TRY(std::unique_ptr<ObjectField> objects,
                 make_object_field(viewer.options_, terrain, &viewer.renderer_));
-    viewer.nodes_.emplace(*objects, &viewer.renderer_, viewer.options_.shows_proxies);
-    viewer.nodes_->set_meshes(terrain.bodies);
+    const auto make_nodes = [&] {
+        BodyNodes nodes(*objects, &viewer.renderer_, viewer.options_.shows_proxies);
+        nodes.set_meshes(terrain.bodies);
+        return nodes;
+    };
+    viewer.nodes_.emplace(make_nodes());
+    TERRANE_TRY(viewer.open_playback());
+    if (viewer.replay_) viewer.replay_bodies_.emplace(*viewer.replay_, terrain, make_nodes());
     for (std::size_t i = 0; i < terrain.bodies.size(); ++i)
         viewer.nodes_->set_node(i, terrain.bodies[i]);
     viewer.maker_.set_objects(std::move(objects));
@@ -129,6 +136,55 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
     return made;
 }
 
+// Opens the path or the record of the timeline.
+CommandResult<void> Viewer::open_playback() {
+    if (settings_.path) {
+        timeline_ = Timeline(settings_.path->duration());
+        for (const PathMoment& moment : path_moments(*settings_.path))
+            path_points_.push_back(moment.pose.eye_world);
+    }
+    if (!settings_.record) return {};
+    frame_rate_ = settings_.record->settings().fps;
+    timeline_ = Timeline(static_cast<double>(settings_.record->frame_count() - 1) / frame_rate_);
+    if (settings_.record->settings().kind == RunKind::flight) {
+        TERRANE_TRY(poses_, settings_.record->read_poses());
+        for (const CameraPose& pose : poses_) path_points_.push_back(pose.eye_world);
+        return {};
+    }
+    TERRANE_TRY(Replay replay, Replay::create(*std::exchange(settings_.record, std::nullopt),
+                                              terrain_, options_.memory_bytes()));
+    replay_.emplace(std::move(replay));
+    return {};
+}
+
+// Brings the recorded bodies to the time of the playback.
+Result<void> Viewer::play() {
+    if (!replay_) return {};
+    const std::size_t frame = replay_->record().frame_at(timeline_.time());
+    return frame == replay_->frame() ? Result<void>{} : replay_->seek(frame);
+}
+
+// The camera of the path or record at the time of the playback.
+CameraPose Viewer::played_pose() const {
+    if (settings_.path) return settings_.path->at(timeline_.time());
+    if (replay_) {
+        const View view = replay_->view(picture_);
+        return {view.eye_world, view.forward, view.up, replay_->camera_velocity()};
+    }
+    return poses_[settings_.record->frame_at(timeline_.time())];
+}
+
+// The needs of live and of recorded bodies.
+std::span<const BodyNeed> Viewer::needs() {
+    const std::span<const BodyNeed> of_live = live_.needs();
+    needs_.assign(of_live.begin(), of_live.end());
+    if (replay_) {
+        const std::span<const BodyNeed> of_replay = replay_->world().needs();
+        needs_.insert(needs_.end(), of_replay.begin(), of_replay.end());
+    }
+    return needs_;
+}
+
 // Puts the camera at its start, and loads what the first frame needs.
 CommandResult<void> Viewer::begin() {
     const WorldVec2 start = start_of(terrain_);
@@ -136,28 +192,36 @@ CommandResult<void> Viewer::begin() {
                                     terrain_.source->height(start.x(), start.y()) + kStartAltitude},
                       .elevation_deg = kStartElevation};
     if (settings_.place) place = *settings_.place;
-    home_ = settings_.path && !settings_.place ? settings_.path->at(0.0) : pose_at(place);
+    home_ = has_playback() && !settings_.place ? played_pose() : pose_at(place);
     camera_.jump_to(home_);
-    if (settings_.path) {
-        follows_path_ = !settings_.place;
-        for (const PathMoment& moment : path_moments(*settings_.path))
-            path_points_.push_back(moment.pose.eye_world);
-    } else {
-        timeline_.play();
-    }
+    follows_path_ = has_playback() && !settings_.place && settings_.being == Being::camera;
+    if (!has_playback()) timeline_.play();
     if (settings_.is_full_screen) window_.set_full_screen(true);
     const WorldVec2 ahead = camera_.pose().forward.head<2>();
     if (settings_.being == Being::driver)
         live_.drive(settings_.vehicle, home_.eye_world.head<2>(), ahead);
     if (settings_.being == Being::walker) live_.walk(home_.eye_world.head<2>(), ahead);
     TERRANE_TRY(follow_window_size());
-    maker_.load_until_stable(view_now(), live_.needs(), clock_);
+    maker_.load_until_stable(view_now(), needs(), clock_);
     return {};
 }
 
 View Viewer::view_now() const {
     if (live_.being() != Being::camera && !live_.is_waiting()) return live_.view(picture_);
-    return view_at(picture_, camera_.pose());
+    return view_at(picture_, follows_path_ ? played_pose() : camera_.pose());
+}
+
+// Lifts the camera out of ground that was filled around it.
+void Viewer::lift_eye() {
+    if (follows_path_ || live_.being() != Being::camera) return;
+    CameraPose pose = camera_.pose();
+    const std::optional<double> height = altitude(pose.eye_world);
+    if (!height || *height >= 0.0) return;
+    const WorldPos& eye = pose.eye_world;
+    const HeightAnswer top = maker_.pager().ground(terrain_.surface).height(eye.x(), eye.y());
+    const double floor = top.status == QueryStatus::ok ? top.height : eye.z() - *height;
+    pose.eye_world.z() = floor + FreeCamera::kClearance;
+    camera_.jump_to(pose);
 }
 
 CameraPlace Viewer::place_now() const {
@@ -265,19 +329,22 @@ CommandResult<void> Viewer::make_frame(double dt) {
         const Aabb changed = brush_->update(maker_.pager());
         live_.world().wake(changed);
     }
+    TERRANE_TRY(play());
     TERRANE_TRY(simulate(advanced));
-    if (follows_path_ && live_.being() == Being::camera)
-        camera_.jump_to(settings_.path->at(timeline_.time()));
+    lift_eye();
     const View view = view_now();
     TERRANE_TRY(live_.show(*nodes_));
-    const CameraNeed camera{.view = view, .velocity = camera_.pose().velocity};
+    if (replay_bodies_) TERRANE_TRY(replay_bodies_->show(*replay_));
+    const Eigen::Vector3d velocity =
+        follows_path_ ? played_pose().velocity : camera_.pose().velocity;
+    const CameraNeed camera{.view = view, .velocity = velocity};
     MadeFrame frame =
-        maker_.make(camera, live_.needs(), clock_, settings_.path ? timeline_.time() : clock_);
+        maker_.make(camera, needs(), clock_, has_playback() ? timeline_.time() : clock_);
     mesh_ = frame.mesh;
     renderer_.set_ground_marks(
         ground_marks(dials_.colours, mesh_, view, dials_.max_error_px, dials_.morph_ratio));
     const Clock::time_point start = Clock::now();
-    TERRANE_TRY(renderer_.set_time(settings_.path ? timeline_.time() : clock_));
+    TERRANE_TRY(renderer_.set_time(has_playback() ? timeline_.time() : clock_));
     TERRANE_TRY(renderer_.draw(frame.mesh, view, frame.draws));
     TERRANE_TRY(window_.draw(renderer_));
     draw_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -290,7 +357,7 @@ CommandResult<void> Viewer::make_frame(double dt) {
 Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
     std::vector<PictureLine> lines;
     const LineProjector projector(view);
-    add_body_marks(live_.world(), live_.needs(), dials_.bodies, projector, lines);
+    add_body_marks(shown_world(), needs(), dials_.bodies, projector, lines);
     if (live_.grabbed().is_valid())
         projector.add(live_.grip_world(), live_.hand_world(), {1.0f, 1.0f, 1.0f}, lines);
     ViewFacts facts;
@@ -305,6 +372,7 @@ Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
     facts.picked = picked_;
     if (clock_ < note_until_) facts.note = note_;
     facts.live = &live_;
+    facts.world = &shown_world();
     facts.resident = maker_.pager().resident();
     facts.path = path_points_;
     facts.lines = lines;
@@ -352,7 +420,8 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
         state["body"] = {{"position", array(body.pose.translation)},
                          {"speed", body.velocity.norm()}};
     }
-    state["bodies"] = live_.world().states().size();
+    state["bodies"] = shown_world().states().size();
+    if (replay_) state["state_hash"] = fmt::format("{:016x}", replay_->world().state_hash());
     state["fell_through"] = live_.totals().fell_through;
     state["triangles"] = record.triangles;
     state["budget"] = record.budget;

@@ -7,6 +7,8 @@
 #include "frames/frame_maker.h"
 #include "program/command.h"
 #include "query/object_picker.h"
+#include "record/replay.h"
+#include "record/run_bodies.h"
 #include "scene/ground_brush.h"
 #include "view/free_camera.h"
 #include "view/live_world.h"
@@ -39,9 +41,12 @@ struct CameraPlace {
 
 /// Settings of a view besides those of its frames.
 struct ViewerSettings {
-    std::optional<CameraPath> path = {};    ///< that the timeline plays; absent: the simulation
-    std::optional<CameraPlace> place = {};  ///< absent: above the start, or the start of the path
-    Being being = Being::camera;            ///< at the start
+    std::optional<CameraPath> path = {};  ///< that the timeline plays
+    /// Of the terrain, that the timeline plays in place of a path; without both, the simulation.
+    std::optional<RunRecord> record = {};
+    std::optional<CameraPlace> place =
+        {};                       ///< absent: above the start, or the start of the playback
+    Being being = Being::camera;  ///< at the start
     VehicleKind vehicle = VehicleKind::truck;
     bool waits_for_display = true;
     bool is_full_screen = false;
@@ -95,13 +100,20 @@ private:
            FrameMaker maker, LiveWorld live);
 
     // viewer.cpp
+    CommandResult<void> open_playback();
     CommandResult<void> begin();
+    Result<void> play();
+    CameraPose played_pose() const;
+    bool has_playback() const { return settings_.path || replay_ || !poses_.empty(); }
+    const World& shown_world() const { return replay_ ? replay_->world() : live_.world(); }
+    std::span<const BodyNeed> needs();
     CommandResult<void> make_frame(double dt);
     Result<void> simulate(double seconds);
     Result<void> present(const MadeFrame& frame, const View& view);
     Result<void> follow_window_size();
     Result<void> follow_dials();
     WorldPos stopped(const WorldPos& from_world, const WorldPos& to_world) const;
+    void lift_eye();
     std::optional<double> altitude(const WorldPos& eye_world) const;
     View view_now() const;
     CameraPlace place_now() const;
@@ -111,6 +123,7 @@ private:
     // viewer_input.cpp
     Result<void> react(const WindowInput& input, double dt);
     Result<void> react_to_key(const WindowInput::Press& key);
+    void leave_path();
     void go(const CameraPose& pose);
     void react_to_button(const WindowInput::Press& button);
     void steer(const WindowInput& input, double dt);
@@ -142,8 +155,13 @@ private:
     CameraPose home_;
     std::map<int, CameraPose> bookmarks_;
     Timeline timeline_;
+    std::optional<Replay> replay_;  // of a run with bodies
+    std::optional<ReplayBodies> replay_bodies_;
+    std::vector<CameraPose> poses_;  // of a recorded flight
+    double frame_rate_ = 30.0;       // of single steps, and of a recorded flight
     std::vector<WorldPos> path_points_;
-    bool follows_path_ = false;  // whether the camera is on the path
+    bool follows_path_ = false;  // whether the camera is that of the playback
+    std::vector<BodyNeed> needs_;
     ViewDials dials_, applied_;
     TerrainMesh mesh_;          // of the last frame, valid until the next
     double clock_ = 0.0;        // the pager's, seconds

@@ -25,7 +25,6 @@ constexpr double kFlyShare = 0.15;          // of the distance, left after a fli
 constexpr double kThrowSpeed = 18.0;        // m/s
 constexpr double kWalkSpeed = 2.0, kRunSpeed = 6.0;  // m/s
 constexpr double kNoteTime = 4.0;                    // seconds for which a message is shown
-constexpr double kFrameStep = 1.0 / 30.0;            // seconds
 
 const char* name_of(BodyCondition condition) {
     switch (condition) {
@@ -59,7 +58,14 @@ std::string Viewer::lonlat_text(const WorldPos& p_world) const {
     return fmt::format("lon {:.6f}, lat {:.6f}", lonlat.x(), lonlat.y());
 }
 
-// The place where the camera is, off the path.
+// Frees the camera from the path where it is.
+void Viewer::leave_path() {
+    if (!follows_path_) return;
+    camera_.jump_to(played_pose());
+    follows_path_ = false;
+}
+
+// Puts the camera at a pose, off the path.
 void Viewer::go(const CameraPose& pose) {
     live_.leave();
     follows_path_ = false;
@@ -74,7 +80,7 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     Pick pick;
     double nearest = kFarthestPick;
     const RayQueryAnswer body =
-        live_.world().ray(ground, eye, eye + kNearPick * along, {.include_ground = false});
+        shown_world().ray(ground, eye, eye + kNearPick * along, {.include_ground = false});
     if (body.hit) nearest = body.fraction * kNearPick;
     const RayAnswer near = ground.ray(eye, eye + kNearPick * along);
     std::optional<WorldPos> on_ground;
@@ -110,8 +116,8 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
                             slope * 180.0 / std::numbers::pi));
         }
     } else {
-        const BodyState& state = live_.world().state(body.body);
-        const BodySettings& settings = live_.world().settings(body.body);
+        const BodyState& state = shown_world().state(body.body);
+        const BodySettings& settings = shown_world().settings(body.body);
         pick.body = body.body;
         pick.lines.push_back(fmt::format("body {}: {}, {:.4g} kg", body.body.index,
                                          name_of(state.condition), settings.mass));
@@ -132,7 +138,7 @@ CameraControls Viewer::camera_controls(const WindowInput& input, double) const {
                      axis(GLFW_KEY_E, GLFW_KEY_Q)};
     controls.move = controls.move.cwiseMax(-1.0).cwiseMin(1.0);
     controls.is_fast = input.is_held(GLFW_KEY_LEFT_SHIFT) || input.is_held(GLFW_KEY_RIGHT_SHIFT);
-    if (!overlay_->takes_mouse()) {
+    if (!overlay_->takes_mouse(input.x, input.y)) {
         controls.wheel = input.wheel;
         if (input.held_buttons.contains(GLFW_MOUSE_BUTTON_RIGHT)) {
             controls.turn = kRadiansPerPixel * input.moved_x;
@@ -149,7 +155,7 @@ void Viewer::steer(const WindowInput& input, double dt) {
         const bool is_moved =
             !controls.move.isZero() || controls.turn != 0.0 || controls.lift != 0.0;
         if (follows_path_ && is_moved) {
-            follows_path_ = false;
+            leave_path();
             say("off the path: P returns to it");
         }
         if (follows_path_) return;
@@ -180,10 +186,10 @@ void Viewer::steer(const WindowInput& input, double dt) {
 
 void Viewer::change_being() {
     const View view = view_now();
+    leave_path();
     const WorldVec2 place = live_.being() == Being::camera || live_.is_waiting()
                                 ? WorldVec2(view.eye_world.head<2>())
                                 : WorldVec2(live_.pose().translation.head<2>());
-    follows_path_ = false;
     switch (live_.being()) {
         case Being::camera:
             live_.walk(place, view.forward.head<2>());
@@ -308,8 +314,9 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             break;
         case GLFW_KEY_COMMA:
         case GLFW_KEY_PERIOD:
-            timeline_.step(key.number == GLFW_KEY_PERIOD ? kFrameStep : -kFrameStep);
-            if (!settings_.path && key.number == GLFW_KEY_PERIOD) TERRANE_TRY(simulate(kFrameStep));
+            timeline_.step((key.number == GLFW_KEY_PERIOD ? 1.0 : -1.0) / frame_rate_);
+            if (!has_playback() && key.number == GLFW_KEY_PERIOD)
+                TERRANE_TRY(simulate(1.0 / frame_rate_));
             break;
         case GLFW_KEY_LEFT_BRACKET:
             timeline_.set_rate(0.5 * timeline_.rate());
@@ -321,7 +328,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             timeline_.set_loops(!timeline_.loops());
             break;
         case GLFW_KEY_P:
-            if (settings_.path) {
+            if (has_playback()) {
                 live_.leave();
                 follows_path_ = true;
             }
@@ -330,7 +337,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             if (camera_.is_orbiting()) {
                 camera_.stop_orbit();
             } else if (const std::optional<Pick> at = pick(input_.x, input_.y)) {
-                follows_path_ = false;
+                leave_path();
                 camera_.orbit(at->point_world);
             }
             break;
@@ -385,12 +392,12 @@ void Viewer::react_to_button(const WindowInput::Press& button) {
     if (!at) return;
     picked_ = at->lines;
     if (at->body.is_valid()) {
-        live_.grab(at->body, at->point_world);
+        if (!replay_) live_.grab(at->body, at->point_world);
         grab_distance_ = (at->point_world - view_now().eye_world).norm();
         return;
     }
     if (is_double && live_.being() == Being::camera) {
-        follows_path_ = false;
+        leave_path();
         const double distance = (at->point_world - camera_.pose().eye_world).norm();
         camera_.fly_to(at->point_world, std::max(kFlyShare * distance, 10.0));
     }
@@ -400,8 +407,8 @@ Result<void> Viewer::react(const WindowInput& input, double dt) {
     input_ = input;
     if (!overlay_->takes_keys())
         for (const WindowInput::Press& key : input.keys) TERRANE_TRY(react_to_key(key));
-    if (!overlay_->takes_mouse())
-        for (const WindowInput::Press& button : input.buttons) react_to_button(button);
+    for (const WindowInput::Press& button : input.buttons)
+        if (!overlay_->takes_mouse(button.x, button.y)) react_to_button(button);
     if (live_.grabbed().is_valid()) {
         const View view = view_now();
         if (input.held_buttons.contains(GLFW_MOUSE_BUTTON_LEFT)) {

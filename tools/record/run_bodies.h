@@ -3,6 +3,7 @@
 
 #include "flight/cameras.h"
 #include "frames/body_nodes.h"
+#include "record/replay.h"
 #include "record/run_record.h"
 #include "scene/terrain_options.h"
 
@@ -10,7 +11,9 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -30,6 +33,30 @@ public:
 
 private:
     std::set<std::array<double, 3>> fixed_;  // positions of the static bodies of the scene
+};
+
+/// The index of the first crate in the world of a journey, and of the first body of its scene.
+std::size_t first_crate(BodyId traveller);
+std::size_t first_scene_body(BodyId traveller, std::size_t crate_count);
+
+/// Gives the bodies of a scene, which have consecutive indices in a world, their nodes.
+void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNodes& nodes);
+/// Shows the crates of a journey and the bodies of its scene. Fails as BodyNodes::show()
+Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
+                         std::size_t scene_count, BodyNodes& nodes);
+
+/// The bodies of a replay as nodes of a scene.
+class ReplayBodies {
+public:
+    ReplayBodies(const Replay& replay, const Terrain& terrain, BodyNodes nodes);
+
+    /// Shows the bodies of the replay's frame. Fails as BodyNodes::show()
+    Result<void> show(const Replay& replay);
+
+private:
+    BodyNodes nodes_;
+    std::optional<DropBodies> drop_;
+    std::size_t scene_count_ = 0;
 };
 
 /// Columns of frames.csv of a drop, and their values.
