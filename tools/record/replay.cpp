@@ -37,6 +37,7 @@ Result<Replay> Replay::create(RunRecord record, const Terrain& terrain, std::siz
     Replay replay(std::move(record), terrain, std::move(pager), std::move(objects),
                   std::move(world));
     TERRANE_TRY(replay.enter(0));
+    (void)replay.load_ground();
     return replay;
 }
 
@@ -161,15 +162,20 @@ Result<void> Replay::finish() {
     return {};
 }
 
-Result<void> Replay::step(const RunStep& step) {
-    const RunSettings& settings = record_.settings();
-    clock_ += settings.dt;
-    ++step_count_;
+// Loads the ground that bodies and camera need.
+Ground Replay::load_ground() {
     const std::span<const BodyNeed> of_world = world_.needs();
     needs_.assign(of_world.begin(), of_world.end());
     if (chase_camera_) needs_.push_back(chase_camera_->need());
     pager_.update({}, needs_, clock_);
-    const Ground ground = pager_.ground(terrain_->surface);
+    return pager_.ground(terrain_->surface);
+}
+
+Result<void> Replay::step(const RunStep& step) {
+    const RunSettings& settings = record_.settings();
+    clock_ += settings.dt;
+    ++step_count_;
+    const Ground ground = load_ground();
     TERRANE_TRY(objects_.follow(world_, ground));
     for (const RunAction& action : step.actions) TERRANE_TRY(apply(action, world_));
     figures_ = figures_of(world_.step(ground, settings.dt));

@@ -24,7 +24,7 @@ namespace terrane::tools {
 /// Threads: one at a time
 class Replay {
 public:
-    /// Opens the first frame.
+    /// Opens the first frame, and loads the ground under all bodies.
     ///
     /// @param terrain      the record's, see RunRecord::check_terrain(); must outlive the replay
     /// @param memory_bytes ceiling of the chunks under bodies
@@ -80,6 +80,7 @@ private:
     Result<void> set_camera(std::span<const double> state);
     std::vector<double> camera_state() const;
     Result<void> check_start(std::size_t block) const;
+    Ground load_ground();
     Result<void> step(const RunStep& step);
 
     RunRecord record_;

@@ -77,29 +77,27 @@ namespace {
 // Numbers that change little from one to the next: each as its difference in bits from the one before, the bytes of
 // equal significance together, which compress well.
 void put_series(ByteWriter& out, std::span<const double> numbers) {
-    std::vector<std::uint64_t> changes(numbers.size());
+    const std::size_t count = numbers.size();
+    std::vector<std::uint8_t> planes(sizeof(double) * count);
     std::uint64_t before = 0;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
         const auto bits = std::bit_cast<std::uint64_t>(numbers[i]);
-        changes[i] = bits ^ std::exchange(before, bits);
+        const std::uint64_t change = bits ^ std::exchange(before, bits);
+        for (std::size_t byte = 0; byte < sizeof(double); ++byte)
+            planes[byte * count + i] = static_cast<std::uint8_t>(change >> (8 * byte));
     }
-    for (int byte = 0; byte < 8; ++byte) {
-        for (const std::uint64_t change : changes)
-            out.put(static_cast<std::uint8_t>(change >> (8 * byte)));
-    }
+    out.put_each(std::span<const std::uint8_t>(planes));
 }
 
 std::vector<double> get_series(ByteReader& in, std::size_t count) {
-    std::vector<std::uint64_t> changes(count);
-    for (int byte = 0; byte < 8; ++byte) {
-        for (std::uint64_t& change : changes)
-            change |= std::uint64_t{in.get<std::uint8_t>()} << (8 * byte);
-    }
+    std::vector<std::uint8_t> planes(sizeof(double) * count);
+    in.get_each(std::span(planes));
     std::vector<double> numbers(count);
-    std::uint64_t before = 0;
+    std::uint64_t bits = 0;
     for (std::size_t i = 0; i < count; ++i) {
-        before ^= changes[i];
-        numbers[i] = std::bit_cast<double>(before);
+        for (std::size_t byte = 0; byte < sizeof(double); ++byte)
+            bits ^= std::uint64_t{planes[byte * count + i]} << (8 * byte);
+        numbers[i] = std::bit_cast<double>(bits);
     }
     return numbers;
 }
