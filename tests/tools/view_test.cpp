@@ -4,6 +4,7 @@
 #include "support/grounds.h"
 #include "support/random.h"
 #include "view/free_camera.h"
+#include "view/live_history.h"
 #include "view/live_world.h"
 #include "view/marks.h"
 #include "view/overlay.h"
@@ -19,6 +20,7 @@
 #include <map>
 #include <memory>
 #include <numbers>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -387,6 +389,78 @@ TEST_F(LiveWorldTest, WhatIsSteeredAndStaticBodiesCannotBeGrabbed) {
     EXPECT_FALSE(live_.grabbed().is_valid());
     live_.grab(BodyId{}, WorldPos::Zero());
     EXPECT_FALSE(live_.grabbed().is_valid());
+}
+
+TEST_F(LiveWorldTest, EveryStateOfThePastHasTheBitsOfTheRun) {
+    const std::uint64_t seed = 1130;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    test::Random random(seed);
+    LiveHistory history(std::size_t{64} << 20);
+    std::vector<std::uint64_t> hashes{live_.world().state_hash()};
+    std::vector<WorldPos> eyes{WorldPos::Zero()};
+    const auto ground_of = [this] {
+        pager_.update({}, live_.needs(), time_ += LiveWorld::kStep);
+        return pager_.ground();
+    };
+    const double height = terrain_.source->height(0.0, 0.0);
+    for (std::size_t i = 0; i < 900; ++i) {
+        bool is_changed = i % 150 == 0;
+        if (i == 0) live_.drive(VehicleKind::truck, {5.0, 0.0}, {1.0, 0.0});
+        if (i == 450) live_.walk({0.0, 10.0}, {1.0, 0.0});
+        if (i % 150 == 75) {
+            is_changed = true;
+            ASSERT_TRUE(
+                live_.throw_crate({random.between(0, 20), random.between(-9, 9), height + 9.0},
+                                  Eigen::Vector3d::Zero()));
+        }
+        if (i == 200)
+            live_.grab(live_.world().id(1),
+                       live_.world().state(live_.world().id(1)).pose.translation);
+        if (i > 200 && i < 300) live_.pull_to({10.0, 0.0, height + 6.0});
+        if (i == 300) live_.let_go();
+        live_.steer(
+            VehicleControls{.throttle = random.between(-1, 1), .steer = random.between(-1, 1)});
+        live_.steer(WorldVec2(random.between(-3, 3), random.between(-3, 3)), i % 40 == 0);
+        live_.turn_camera(random.between(-0.1, 0.1));
+        ASSERT_TRUE(history.step(live_, ground_of(), is_changed));
+        hashes.push_back(live_.world().state_hash());
+        eyes.push_back(live_.view(View{}).eye_world);
+    }
+    ASSERT_EQ(history.step_now(), 900u);
+    EXPECT_GT(std::set<std::uint64_t>(hashes.begin(), hashes.end()).size(), 800u);
+    for (int i = 0; i < 40; ++i) {
+        const auto step = static_cast<std::size_t>(random.below(901));
+        ASSERT_TRUE(history.seek(step, live_, ground_of));
+        ASSERT_EQ(history.step_now(), step);
+        ASSERT_EQ(live_.world().state_hash(), hashes[step]) << step;
+        if (step > 60 && live_.body().is_valid()) {
+            ASSERT_EQ(live_.view(View{}).eye_world, eyes[step]) << step;
+        }
+    }
+    // a step from the past forgets what followed
+    ASSERT_TRUE(history.seek(500, live_, ground_of));
+    EXPECT_TRUE(history.is_in_past());
+    ASSERT_TRUE(history.step(live_, ground_of(), true));
+    EXPECT_EQ(history.step_count(), 501u);
+    EXPECT_FALSE(history.is_in_past());
+    ASSERT_TRUE(history.seek(100, live_, ground_of));
+    EXPECT_EQ(live_.world().state_hash(), hashes[100]);
+    expect_nobody_fell();
+}
+
+TEST_F(LiveWorldTest, ThePastIsForgottenFromItsBeginningWhereMemoryEnds) {
+    ASSERT_TRUE(live_.throw_crate({0.0, 0.0, 100.0}, Eigen::Vector3d::Zero()));
+    LiveHistory history(4000);
+    const auto ground_of = [this] {
+        pager_.update({}, live_.needs(), time_ += LiveWorld::kStep);
+        return pager_.ground();
+    };
+    for (int i = 0; i < 1200; ++i) ASSERT_TRUE(history.step(live_, ground_of(), false));
+    EXPECT_GT(history.first_step(), 0u);
+    EXPECT_LT(history.first_step(), 1200u);
+    EXPECT_LE(history.bytes(), 4000u);
+    ASSERT_TRUE(history.seek(0, live_, ground_of));
+    EXPECT_EQ(history.step_now(), history.first_step());
 }
 
 TEST(KeyHelps, TenKeysComeFirst) {

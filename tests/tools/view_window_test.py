@@ -210,6 +210,30 @@ def replays_a_record_and_seeks(terrane, folder):
     assert other.returncode == 1 and "drive.run" in other.stderr, other.stderr
 
 
+def rewinds_what_was_driven(terrane, folder):
+    view = View(terrane, folder, "--be", "driver")
+    view.wait("a vehicle", lambda s: not s["waiting"])
+    view.tool("keydown", "w")
+    view.wait("a drive", lambda s: s["step"] > 150)
+    view.tool("keyup", "w")
+    view.key("space")
+    end = view.wait("a pause", lambda s: not s["playing"])
+    run = {state["step"]: (state["state_hash"], state["eye"]) for state in view.seen}
+    view.key("F2")
+    time.sleep(0.5)
+    frame = view.state["frame"]
+    view.tool("mousemove", SIZE[0] // 2 - 60, SIZE[1] - 24, "click", "1")
+    past = view.wait("the past", lambda s: s["step"] < end["step"] - 20)
+    assert past["steps"] == end["steps"], (past, end)
+    view.key("space")
+    view.wait("the present", lambda s: s["step"] >= end["steps"])
+    again = [state for state in view.seen if state["frame"] > frame and state["step"] in run]
+    assert len(again) > 3, len(again)
+    for state in again:
+        assert run[state["step"]][0] == state["state_hash"], (state, run[state["step"]])
+    view.end()
+
+
 def resizes_pictures_and_copies(terrane, folder):
     view = View(terrane, folder)
     view.tool("windowsize", "--sync", view.window, 400, 260)
@@ -288,7 +312,7 @@ def ends_in_a_line_without_a_display(terrane, folder):
     assert 1 <= err.count("\n") <= 3 and "terminate" not in err, err
 
 
-CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, replays_a_record_and_seeks,
+CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven,
          resizes_pictures_and_copies, marks_and_panels_work, refuses_what_cannot_be, ends_in_a_line_without_a_display]
 
 

@@ -49,7 +49,7 @@ double lag(double dt, double time) { return dt / (dt + time); }
 
 ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
                          const ChaseCameraSettings& settings)
-    : source_(source), settings_(settings), place_world_(pose_world.translation) {
+    : source_(&source), settings_(settings), place_world_(pose_world.translation) {
     heading_ = Eigen::Vector3d(pose_world.rotation(0, 0), pose_world.rotation(1, 0), 0.0);
     if (heading_.norm() > 1e-3) heading_.normalize();
     free_eye_world_ = wanted_eye(pose_world, heading_, nullptr);
@@ -59,7 +59,7 @@ ChaseCamera::ChaseCamera(const HeightSource& source, const Pose& pose_world,
 
 // Height of the ground that the camera must stay above: the heightfield or, if the target is in a cave, its floor.
 double ChaseCamera::floor_at(double x, double y, const Pose& pose_world, const Ground* ground) {
-    const double height = source_.height(x, y);
+    const double height = source_->height(x, y);
     if (ground == nullptr || !ground->has_solids()) return height;
     const double top = pose_world.translation.z() + settings_.above;
     const HeightAnswer below = ground->height_below(x, y, top);

@@ -86,7 +86,7 @@ private:
     template <class Camera, class Visit>
     static void visit_state(Camera& camera, const Visit& visit);
 
-    const HeightSource& source_;
+    const HeightSource* source_;
     ChaseCameraSettings settings_;
     Eigen::Vector3d heading_ = Eigen::Vector3d::UnitX();  // horizontal, length about 1
     WorldPos place_world_ = WorldPos::Zero();             // of the target, in the last follow()

@@ -62,13 +62,13 @@ void LiveWorld::drive(VehicleKind kind, const WorldVec2& place_world,
     leave();
     being_ = Being::driver;
     kind_ = kind;
-    entry_ = Entry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
+    entry_ = LiveEntry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
 }
 
 void LiveWorld::walk(const WorldVec2& place_world, const Eigen::Vector2d& along_world) {
     leave();
     being_ = Being::walker;
-    entry_ = Entry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
+    entry_ = LiveEntry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
 }
 
 void LiveWorld::leave() {
@@ -78,8 +78,7 @@ void LiveWorld::leave() {
     entry_.reset();
     camera_.reset();
     being_ = Being::camera;
-    bearing_ = 0.0;
-    let_go();
+    input_ = {};
 }
 
 // Puts what waits on the ground if that is resident and free.
@@ -107,7 +106,7 @@ void LiveWorld::enter(const Ground& ground) {
         const Result<BodyId> added = world_.add_character(kWalker, at.translation);
         if (!added) return;
         body_ = *added;
-        heading_ = along;
+        input_.heading = along;
         walked_ = 0.0;
         camera_.emplace(*terrain_->source, pose(),
                         ChaseCameraSettings{.behind = 6.0, .above = 1.8, .target_above = 0.5});
@@ -127,22 +126,45 @@ void LiveWorld::right(const Ground& ground) {
     if (upright) (void)world_.teleport(body_, {.pose = *upright});
 }
 
-void LiveWorld::steer(const VehicleControls& controls) {
-    if (being_ == Being::driver && body_.is_valid()) (void)world_.set_controls(body_, controls);
-}
+void LiveWorld::steer(const VehicleControls& controls) { input_.vehicle = controls; }
 
 void LiveWorld::steer(const WorldVec2& velocity, bool jumps) {
-    if (being_ != Being::walker || !body_.is_valid()) return;
-    // controls within their ranges cannot fail
-    (void)world_.set_controls(
-        body_, CharacterControls{.velocity = velocity, .jump_speed = jumps ? kJumpSpeed : 0.0});
+    input_.walker = {.velocity = velocity, .jump_speed = jumps ? kJumpSpeed : 0.0};
+}
+
+void LiveWorld::set_input(const LiveInput& input) { input_ = input; }
+
+LiveState LiveWorld::save() const {
+    return {.world = world_.save(),
+            .input = input_,
+            .being = being_,
+            .kind = kind_,
+            .entry = entry_,
+            .body = body_,
+            .walked = walked_,
+            .camera = camera_,
+            .thrown = thrown_};
+}
+
+Result<void> LiveWorld::restore(const LiveState& state) {
+    TERRANE_TRY(world_, World::load(state.world));
+    objects_.take_over();
+    input_ = state.input;
+    being_ = state.being;
+    kind_ = state.kind;
+    entry_ = state.entry;
+    body_ = state.body;
+    walked_ = state.walked;
+    camera_ = state.camera;
+    thrown_ = state.thrown;
+    return {};
 }
 
 void LiveWorld::turn(double angle) {
     const double c = std::cos(angle), s = std::sin(angle);
-    heading_ =
-        Eigen::Vector2d(c * heading_.x() - s * heading_.y(), s * heading_.x() + c * heading_.y())
-            .normalized();
+    input_.heading = Eigen::Vector2d(c * input_.heading.x() - s * input_.heading.y(),
+                                     s * input_.heading.x() + c * input_.heading.y())
+                         .normalized();
 }
 
 Result<BodyId> LiveWorld::throw_crate(const WorldPos& from_world, const Eigen::Vector3d& velocity) {
@@ -166,20 +188,22 @@ void LiveWorld::grab(BodyId body, const WorldPos& point_world) {
     if (!world_.contains(body) || body == body_) return;
     if (world_.settings(body).type != BodyType::dynamic_body) return;
     const Pose& pose = world_.state(body).pose;
-    grabbed_ = body;
-    grip_body_ = pose.rotation.transpose() * (point_world - pose.translation);
-    hand_world_ = point_world;
+    input_.grabbed = body;
+    input_.grip_body = pose.rotation.transpose() * (point_world - pose.translation);
+    input_.hand_world = point_world;
 }
 
-WorldPos LiveWorld::grip_world() const { return world_.state(grabbed_).pose * grip_body_; }
+WorldPos LiveWorld::grip_world() const {
+    return world_.state(input_.grabbed).pose * input_.grip_body;
+}
 
 void LiveWorld::pull() {
-    if (!world_.contains(grabbed_)) {
+    if (!world_.contains(input_.grabbed)) {
         let_go();
         return;
     }
-    const BodyState& state = world_.state(grabbed_);
-    const double mass = world_.settings(grabbed_).mass;
+    const BodyState& state = world_.state(input_.grabbed);
+    const double mass = world_.settings(input_.grabbed).mass;
     const WorldPos grip = grip_world();
     const Eigen::Vector3d arm = grip - state.pose.translation;
     const Eigen::Vector3d& w = state.angular_velocity;
@@ -187,17 +211,20 @@ void LiveWorld::pull() {
                                   w.z() * arm.x() - w.x() * arm.z(),
                                   w.x() * arm.y() - w.y() * arm.x());
     Eigen::Vector3d force =
-        mass * (kPull * (hand_world_ - grip) - kPullDamping * (state.velocity + turning));
+        mass * (kPull * (input_.hand_world - grip) - kPullDamping * (state.velocity + turning));
     const double most = mass * kMostPull;
     if (force.norm() > most) force *= most / force.norm();
     // the id and the force are valid: the call cannot fail
-    (void)world_.add_force(grabbed_, grip, force);
+    (void)world_.add_force(input_.grabbed, grip, force);
 }
 
 Result<void> LiveWorld::step(const Ground& ground) {
     if (entry_) enter(ground);
     TERRANE_TRY(objects_.follow(world_, ground));
-    if (grabbed_.is_valid()) pull();
+    // valid ids and controls within their ranges cannot fail
+    if (world_.vehicle(body_) != nullptr) (void)world_.set_controls(body_, input_.vehicle);
+    if (world_.character(body_) != nullptr) (void)world_.set_controls(body_, input_.walker);
+    if (input_.grabbed.is_valid()) pull();
     last_ = world_.step(ground, kStep);
     ++totals_.steps;
     totals_.fell_through += last_.too_deep;
@@ -206,7 +233,7 @@ Result<void> LiveWorld::step(const Ground& ground) {
         if (walker->stands) walked_ += kStep * walker->body.velocity.head<2>().norm();
     }
     if (camera_) {
-        camera_->set_bearing(bearing_);
+        camera_->set_bearing(input_.bearing);
         camera_->follow(pose(), kStep, ground, world_, body_);
     }
     return {};
@@ -217,8 +244,8 @@ Pose LiveWorld::pose() const {
     if (!body_.is_valid()) return pose;
     pose = world_.state(body_).pose;
     if (being_ == Being::walker) {
-        pose.rotation << heading_.x(), -heading_.y(), 0.0,  //
-            heading_.y(), heading_.x(), 0.0,                //
+        pose.rotation << input_.heading.x(), -input_.heading.y(), 0.0,  //
+            input_.heading.y(), input_.heading.x(), 0.0,                //
             0.0, 0.0, 1.0;
     }
     return pose;

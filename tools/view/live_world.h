@@ -20,6 +20,36 @@ namespace terrane::tools {
 /// What a user is in a view.
 enum class Being { camera, walker, driver };
 
+/// A vehicle or character that waits until its ground is resident.
+struct LiveEntry {
+    WorldVec2 place_world = WorldVec2::Zero();
+    WorldVec2 along_world = WorldVec2(0.0, 1.0);  ///< heading, unit
+};
+
+/// How the user steers during a step.
+struct LiveInput {
+    VehicleControls vehicle = {};
+    CharacterControls walker = {};
+    WorldVec2 heading = WorldVec2(0.0, 1.0);  ///< of the walker
+    double bearing = 0.0;                     ///< of the camera, radians clockwise from behind
+    BodyId grabbed = {};
+    Eigen::Vector3d grip_body = Eigen::Vector3d::Zero();  ///< in the frame of the grabbed body
+    WorldPos hand_world = WorldPos::Zero();               ///< point to which it is pulled
+};
+
+/// Everything that a LiveWorld carries from one step to the next.
+struct LiveState {
+    std::vector<std::byte> world = {};  ///< World::save()
+    LiveInput input = {};
+    Being being = Being::camera;
+    VehicleKind kind = VehicleKind::truck;
+    std::optional<LiveEntry> entry = {};
+    BodyId body = {};
+    double walked = 0.0;  ///< metres on the walker's feet
+    std::optional<ChaseCamera> camera = {};
+    std::vector<BodyId> thrown = {};
+};
+
 /// Sums over the steps of a LiveWorld.
 struct LiveTotals {
     std::uint64_t steps = 0;
@@ -78,12 +108,21 @@ public:
     /// Begins to pull a dynamic body at a point of it; no effect for other bodies.
     void grab(BodyId body, const WorldPos& point_world);
     /// Moves the point towards which the grabbed body is pulled.
-    void pull_to(const WorldPos& point_world) { hand_world_ = point_world; }
-    void let_go() { grabbed_ = {}; }
-    BodyId grabbed() const { return grabbed_; }
+    void pull_to(const WorldPos& point_world) { input_.hand_world = point_world; }
+    void let_go() { input_.grabbed = {}; }
+    BodyId grabbed() const { return input_.grabbed; }
     /// The point of the grabbed body, and the point to which it is pulled.
     WorldPos grip_world() const;
-    const WorldPos& hand_world() const { return hand_world_; }
+    const WorldPos& hand_world() const { return input_.hand_world; }
+
+    /// What the user steers in the next step.
+    const LiveInput& input() const { return input_; }
+    void set_input(const LiveInput& input);
+
+    /// The state of everything.
+    LiveState save() const;
+    /// Returns to a state of this world. Fails as World::load()
+    Result<void> restore(const LiveState& state);
 
     /// Simulates one step of kStep. Fails as ObjectBodies::follow()
     Result<void> step(const Ground& ground);
@@ -93,7 +132,7 @@ public:
     /// Pose of the vehicle or character, x forward.
     Pose pose() const;
     /// Turns the camera around the vehicle, radians clockwise.
-    void turn_camera(double angle) { bearing_ += angle; }
+    void turn_camera(double angle) { input_.bearing += angle; }
     /// Turns the character, radians anticlockwise.
     void turn(double angle);
 
@@ -103,11 +142,6 @@ public:
     Result<void> show(BodyNodes& nodes);
 
 private:
-    struct Entry {
-        WorldVec2 place_world;
-        Eigen::Vector2d along_world;
-    };
-
     LiveWorld(const Terrain& terrain, World world, ObjectBodies objects);
     void enter(const Ground& ground);
     void follow(const Ground& ground);
@@ -121,15 +155,11 @@ private:
     std::vector<BodyNeed> needs_;  // scratch
     Being being_ = Being::camera;
     VehicleKind kind_ = VehicleKind::truck;
-    std::optional<Entry> entry_;  // of a vehicle or character that waits for its ground
+    std::optional<LiveEntry> entry_;
     BodyId body_{};
-    Eigen::Vector2d heading_ = Eigen::Vector2d::UnitY();  // of the character
-    double walked_ = 0.0;                                 // metres on its feet
-    double bearing_ = 0.0;  // of the camera, radians clockwise from behind
+    double walked_ = 0.0;  // metres on its feet
     std::optional<ChaseCamera> camera_;
-    BodyId grabbed_{};
-    Eigen::Vector3d grip_body_ = Eigen::Vector3d::Zero();  // in the frame of the grabbed body
-    WorldPos hand_world_ = WorldPos::Zero();
+    LiveInput input_;
     StepReport last_;
     LiveTotals totals_;
 };

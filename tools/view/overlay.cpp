@@ -293,8 +293,8 @@ void Overlay::draw_timeline(Timeline& timeline) {
     begin_panel("Timeline", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
     if (ImGui::Button(timeline.is_playing() ? "Pause" : "Play ")) timeline.toggle();
     ImGui::SameLine();
-    if (std::isfinite(timeline.duration())) {
-        double time = timeline.time(), low = 0.0, high = timeline.duration();
+    if (std::isfinite(timeline.last())) {
+        double time = timeline.time(), low = timeline.first(), high = timeline.last();
         ImGui::SetNextItemWidth(std::max(80.0f, 0.5f * size.x));
         if (ImGui::SliderScalar("##time", ImGuiDataType_Double, &time, &low, &high, "%.2f s")) {
             timeline.pause();

@@ -16,7 +16,12 @@ void Timeline::set_rate(double rate) {
 }
 
 void Timeline::seek(double time) {
-    if (!std::isnan(time)) time_ = std::clamp(time, 0.0, duration_);
+    if (!std::isnan(time)) time_ = std::clamp(time, first_, last_);
+}
+
+void Timeline::set_past(double first, double last) {
+    first_ = first;
+    last_ = std::max(first, last);
 }
 
 void Timeline::step(double seconds) {

@@ -29,6 +29,7 @@ constexpr double kStartAltitude = 30.0;   // metres above the ground
 constexpr double kStartElevation = -8.0;  // degrees
 constexpr double kEyeRadius = 0.5;  // metres, of the ball that keeps the eye out of the ground
 constexpr double kFilmRate = 30.0;  // frames a second
+constexpr std::size_t kHistoryBytes = std::size_t{128} << 20;  // of the simulation's past
 
 double median(std::vector<double> values) {
     if (values.empty()) return 0.0;
@@ -66,6 +67,7 @@ Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
       renderer_(std::move(renderer)),
       maker_(std::move(maker)),
       live_(std::move(live)),
+      history_(kHistoryBytes),
       picture_(make_view(options.size, options.fov_deg)),
       timeline_(std::numeric_limits<double>::infinity()) {}
 
@@ -306,12 +308,37 @@ Result<void> Viewer::follow_dials() {
     return {};
 }
 
-// Simulates a duration in whole steps; leaves out what takes too long.
+// Returns to the past of the simulation if the timeline was moved there.
+Result<void> Viewer::follow_timeline() {
+    if (has_playback()) return {};
+    const double before =
+        LiveWorld::kStep * static_cast<double>(history_.step_now()) + unsimulated_;
+    if (std::abs(timeline_.time() - before) < 0.5 * LiveWorld::kStep) return {};
+    unsimulated_ = 0.0;
+    return history_.seek(static_cast<std::size_t>(timeline_.time() / LiveWorld::kStep + 0.5), live_,
+                         [this] { return load_ground(); });
+}
+
+// The ground under all bodies, loaded at once.
+Ground Viewer::load_ground() {
+    maker_.pager().update({}, needs(), clock_);
+    maker_.pager().finish();
+    return maker_.pager().ground(terrain_.surface);
+}
+
+// Simulates a duration in whole steps, those of the past as they were unless the user steers; leaves out what takes too
+// long.
 Result<void> Viewer::simulate(double seconds) {
     unsimulated_ += seconds;
     const Clock::time_point start = Clock::now();
     for (; unsimulated_ >= LiveWorld::kStep; unsimulated_ -= LiveWorld::kStep) {
-        TERRANE_TRY(live_.step(maker_.pager().ground(terrain_.surface)));
+        if (history_.is_in_past() && !is_steering_ && !is_live_changed_) {
+            TERRANE_TRY(history_.seek(history_.step_now() + 1, live_,
+                                      [this] { return maker_.pager().ground(terrain_.surface); }));
+        } else {
+            TERRANE_TRY(history_.step(live_, maker_.pager().ground(terrain_.surface),
+                                      std::exchange(is_live_changed_, false)));
+        }
         if (std::chrono::duration<double>(Clock::now() - start).count() < kSimulationShare)
             continue;
         unsimulated_ = 0.0;
@@ -324,13 +351,21 @@ CommandResult<void> Viewer::make_frame(double dt) {
     TERRANE_TRY(follow_window_size());
     TERRANE_TRY(follow_dials());
     clock_ += dt;
+    TERRANE_TRY(follow_timeline());
     const double advanced = timeline_.advance(dt);
     if (brush_ != nullptr) {
         const Aabb changed = brush_->update(maker_.pager());
         live_.world().wake(changed);
+        if (changed.low.x() <= changed.high.x()) is_live_changed_ = true;
     }
     TERRANE_TRY(play());
     TERRANE_TRY(simulate(advanced));
+    if (!has_playback()) {
+        timeline_.set_past(
+            LiveWorld::kStep * static_cast<double>(history_.first_step()),
+            LiveWorld::kStep * static_cast<double>(history_.step_count()) + LiveWorld::kStep);
+        timeline_.seek(LiveWorld::kStep * static_cast<double>(history_.step_now()) + unsimulated_);
+    }
     lift_eye();
     const View view = view_now();
     TERRANE_TRY(live_.show(*nodes_));
@@ -421,7 +456,9 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
                          {"speed", body.velocity.norm()}};
     }
     state["bodies"] = shown_world().states().size();
-    if (replay_) state["state_hash"] = fmt::format("{:016x}", replay_->world().state_hash());
+    state["state_hash"] = fmt::format("{:016x}", shown_world().state_hash());
+    state["step"] = history_.step_now();
+    state["steps"] = history_.step_count();
     state["fell_through"] = live_.totals().fell_through;
     state["triangles"] = record.triangles;
     state["budget"] = record.budget;

@@ -11,6 +11,7 @@
 #include "record/run_bodies.h"
 #include "scene/ground_brush.h"
 #include "view/free_camera.h"
+#include "view/live_history.h"
 #include "view/live_world.h"
 #include "view/overlay.h"
 #include "view/timeline.h"
@@ -109,6 +110,8 @@ private:
     std::span<const BodyNeed> needs();
     CommandResult<void> make_frame(double dt);
     Result<void> simulate(double seconds);
+    Result<void> follow_timeline();
+    Ground load_ground();
     Result<void> present(const MadeFrame& frame, const View& view);
     Result<void> follow_window_size();
     Result<void> follow_dials();
@@ -145,6 +148,9 @@ private:
     TerrainRenderer renderer_;
     FrameMaker maker_;
     LiveWorld live_;
+    LiveHistory history_;
+    bool is_live_changed_ = false;  // by more than steering, since the last step
+    bool is_steering_ = false;      // whether the user steers a walker or vehicle, or pulls a body
     std::optional<BodyNodes> nodes_;
     std::unique_ptr<Overlay> overlay_;
     mutable std::optional<ObjectPicker> picker_;  // absent without objects

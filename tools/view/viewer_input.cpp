@@ -67,6 +67,7 @@ void Viewer::leave_path() {
 
 // Puts the camera at a pose, off the path.
 void Viewer::go(const CameraPose& pose) {
+    is_live_changed_ = is_live_changed_ || live_.being() != Being::camera;
     live_.leave();
     follows_path_ = false;
     camera_.jump_to(pose);
@@ -151,6 +152,7 @@ CameraControls Viewer::camera_controls(const WindowInput& input, double) const {
 // Passes held keys and the mouse on to the camera, walker or vehicle.
 void Viewer::steer(const WindowInput& input, double dt) {
     const CameraControls controls = camera_controls(input, dt);
+    is_steering_ = live_.grabbed().is_valid();
     if (live_.being() == Being::camera) {
         const bool is_moved =
             !controls.move.isZero() || controls.turn != 0.0 || controls.lift != 0.0;
@@ -165,6 +167,9 @@ void Viewer::steer(const WindowInput& input, double dt) {
         return;
     }
     if (live_.is_waiting()) return;
+    const bool has_key = input.is_held(GLFW_KEY_B) || input.is_held(GLFW_KEY_J);
+    is_steering_ = is_steering_ || has_key || !controls.move.isZero() || controls.turn != 0.0 ||
+                   input.triggers[0] + input.triggers[1] > 0.0;
     if (live_.being() == Being::driver) {
         live_.turn_camera(controls.turn);
         const double brake = input.is_held(GLFW_KEY_B) ? 1.0 : 0.0;
@@ -190,6 +195,7 @@ void Viewer::change_being() {
     const WorldVec2 place = live_.being() == Being::camera || live_.is_waiting()
                                 ? WorldVec2(view.eye_world.head<2>())
                                 : WorldVec2(live_.pose().translation.head<2>());
+    is_live_changed_ = true;
     switch (live_.being()) {
         case Being::camera:
             live_.walk(place, view.forward.head<2>());
@@ -296,6 +302,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
         case GLFW_KEY_F: {
             const View view = view_now();
             const Eigen::Vector3d along = direction_through(view, input_.x, input_.y);
+            is_live_changed_ = true;
             TERRANE_TRY(live_.throw_crate(view.eye_world + 2.0 * along, kThrowSpeed * along));
             break;
         }
@@ -353,6 +360,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
         }
         case GLFW_KEY_U:
             live_.right(maker_.pager().ground(terrain_.surface));
+            is_live_changed_ = true;
             break;
         case GLFW_KEY_G: {
             const std::size_t next =
