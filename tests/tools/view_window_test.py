@@ -293,7 +293,7 @@ def refuses_what_cannot_be(terrane, folder):
 def ends_in_a_line_without_a_display(terrane, folder):
     if shutil.which("Xvfb") is None:
         return
-    number = 90 + os.getpid() % 400
+    number = 1000 + os.getpid() % 10000  # none that xvfb-run takes
     server = subprocess.Popen(["Xvfb", f":{number}", "-screen", "0", "640x480x24"], stderr=subprocess.DEVNULL)
     try:
         time.sleep(1.0)
