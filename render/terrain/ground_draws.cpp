@@ -367,7 +367,8 @@ bool is_above_ground(const TerrainMesh& mesh, const WorldPos& eye_world) {
             double highest = -std::numeric_limits<double>::infinity();
             for (std::uint32_t corner = 0; corner < 3; ++corner) {
                 const std::uint16_t sample = mesh.indices[drawn.first_index + i + corner];
-                const double column = sample % kChunkSamples, row = sample / kChunkSamples;
+                const int at_x = sample % kChunkSamples, at_y = sample / kChunkSamples;
+                const double column = at_x, row = at_y;
                 west = std::min(west, column);
                 east = std::max(east, column);
                 south = std::min(south, row);

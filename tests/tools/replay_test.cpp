@@ -122,7 +122,8 @@ LiveRun record_drop(const Terrain& terrain, const std::string& path) {
     World world = World::create({}).value();
     for (int i = 0; i < 20; ++i) {
         BodyState ball;
-        const double x = 4.0 * (i % 5), y = 4.0 * (i / 5);
+        const int column = i % 5, row = i / 5;
+        const double x = 4.0 * column, y = 4.0 * row;
         ball.pose.translation = {x, y, pager.ground().height(x, y).height + 2.0 + i};
         EXPECT_TRUE(world.add({.shape = Sphere{0.5}}, ball));
     }

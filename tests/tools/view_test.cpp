@@ -189,8 +189,9 @@ TEST(GroundMarks, TheErrorOfAChunkBoundsWhatBruteForceMeasuresInIt) {
         const double bound = chunk_error_px(frame.made.mesh, drawn, frame.view, kDefaultMorphRatio);
         const double step = lattice.spacing * static_cast<double>(drawn.chunk->step);
         const auto corner = [&](std::uint16_t sample) {
-            return WorldPos(lattice.x(drawn.chunk->corner.x) + step * (sample % kChunkSamples),
-                            lattice.y(drawn.chunk->corner.y) + step * (sample / kChunkSamples),
+            const int column = sample % kChunkSamples, row = sample / kChunkSamples;
+            return WorldPos(lattice.x(drawn.chunk->corner.x) + step * column,
+                            lattice.y(drawn.chunk->corner.y) + step * row,
                             drawn.displayed_height(sample, lattice.quantum));
         };
         for (std::uint32_t i = 0; i < drawn.index_count; i += 3) {
@@ -323,7 +324,7 @@ protected:
 TEST_F(LiveWorldTest, AVehicleEntersWhenItsGroundIsThereAndDrivesWhereItIsSteered) {
     for (const VehicleKind kind :
          {VehicleKind::truck, VehicleKind::tracked, VehicleKind::six_wheeler}) {
-        live_.drive(kind, {50.0, 80.0}, {1.0, 0.0});
+        live_.drive(kind, {50.0, 80.0}, 1e3, {1.0, 0.0});
         EXPECT_TRUE(live_.is_waiting());
         simulate(1.0);
         ASSERT_FALSE(live_.is_waiting());
@@ -339,7 +340,7 @@ TEST_F(LiveWorldTest, AVehicleEntersWhenItsGroundIsThereAndDrivesWhereItIsSteere
 }
 
 TEST_F(LiveWorldTest, AWalkerWalksTurnsAndJumps) {
-    live_.walk({-30.0, 40.0}, {0.0, 2.0});
+    live_.walk({-30.0, 40.0}, 1e3, {0.0, 2.0});
     simulate(1.0);
     ASSERT_EQ(live_.being(), Being::walker);
     ASSERT_FALSE(live_.is_waiting());
@@ -370,9 +371,10 @@ TEST_F(LiveWorldTest, CratesFlyAreReplacedAtTheLimitAndHangFromTheHand) {
     simulate(2.0);
     EXPECT_LT(live_.world().state(first).pose.translation.z(), ground + 4.0);
     for (std::size_t i = 1; i < LiveWorld::kMostThrown; ++i) {
-        ASSERT_TRUE(live_.throw_crate(
-            {static_cast<double>(i % 40) * 3.0, static_cast<double>(i / 40) * 3.0, ground + 60.0},
-            Eigen::Vector3d::Zero()));
+        ASSERT_TRUE(
+            live_.throw_crate({static_cast<double>(i % 40) * 3.0,
+                               3.0 * std::floor(static_cast<double>(i) / 40.0), ground + 60.0},
+                              Eigen::Vector3d::Zero()));
     }
     const BodyId again = live_.throw_crate({0.0, 0.0, ground + 90.0}, {1.0, 2.0, 3.0}).value();
     EXPECT_EQ(again, first);
@@ -383,7 +385,7 @@ TEST_F(LiveWorldTest, CratesFlyAreReplacedAtTheLimitAndHangFromTheHand) {
 }
 
 TEST_F(LiveWorldTest, WhatIsSteeredAndStaticBodiesCannotBeGrabbed) {
-    live_.walk({0.0, 0.0}, {0.0, 1.0});
+    live_.walk({0.0, 0.0}, 1e3, {0.0, 1.0});
     simulate(0.5);
     live_.grab(live_.body(), live_.pose().translation);
     EXPECT_FALSE(live_.grabbed().is_valid());
@@ -405,8 +407,8 @@ TEST_F(LiveWorldTest, EveryStateOfThePastHasTheBitsOfTheRun) {
     const double height = terrain_.source->height(0.0, 0.0);
     for (std::size_t i = 0; i < 900; ++i) {
         bool is_changed = i % 150 == 0;
-        if (i == 0) live_.drive(VehicleKind::truck, {5.0, 0.0}, {1.0, 0.0});
-        if (i == 450) live_.walk({0.0, 10.0}, {1.0, 0.0});
+        if (i == 0) live_.drive(VehicleKind::truck, {5.0, 0.0}, 1e3, {1.0, 0.0});
+        if (i == 450) live_.walk({0.0, 10.0}, 1e3, {1.0, 0.0});
         if (i % 150 == 75) {
             is_changed = true;
             ASSERT_TRUE(

@@ -11,6 +11,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cmath>
+#include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -45,13 +48,14 @@ std::string quoted(const std::string& word) {
     return text + "'";
 }
 
-// The flags that were given, except those that say where the camera is.
+// The flags that were given, except those of the camera's place, of the window's size and of files.
 std::string given_flags(const CLI::App& command) {
-    const std::set<std::string> of_place{"--eye-m", "--aim-deg"};
+    const std::set<std::string> left_out{"--eye-m",         "--aim-deg", "--size", "--state-log",
+                                         "--close-after-s", "--json",    "--out",  "--help"};
     std::string text = "terrane view";
     for (const CLI::Option* option : command.get_options()) {
         const std::string name = option->get_name();
-        if (option->count() == 0 || of_place.contains(name) || name == "--help") continue;
+        if (option->count() == 0 || left_out.contains(name)) continue;
         text += " " + name;
         if (option->get_expected_min() == 0) continue;
         for (const std::string& value : option->results()) text += " " + quoted(value);
@@ -62,6 +66,13 @@ std::string given_flags(const CLI::App& command) {
 CommandResult<void> check(const ViewOptions& options) {
     TERRANE_TRY(check_pictures(options));
     if (!options.path.empty()) TERRANE_TRY(check_path(options.path));
+    if (options.aim_deg &&
+        !(std::abs(options.aim_deg->x()) <= 360.0 && std::abs(options.aim_deg->y()) <= 90.0)) {
+        return usage_error(fmt::format(
+            "--aim-deg must be an azimuth within 360 and an elevation within 90 degrees, got "
+            "{:.10g},{:.10g}",
+            options.aim_deg->x(), options.aim_deg->y()));
+    }
     if (options.size.width_px > Window::kMostSide || options.size.height_px > Window::kMostSide) {
         return usage_error(fmt::format("--size of a window must be at most {} a side, got {}x{}",
                                        Window::kMostSide, options.size.width_px,
@@ -95,11 +106,16 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
     if (settings.record) TERRANE_TRY(settings.record->check_terrain(terrain));
     TERRANE_TRY(check_limits(options, terrain));
     std::unique_ptr<GroundBrush> brush;
+    settings.why_no_brush = settings.record ? "a record has no digs" : "--no-dig was given";
     // a record is of ground without digs
     if (!options.no_dig && !settings.record) {
         CommandResult<std::unique_ptr<GroundBrush>> made = GroundBrush::create(terrain);
         // a view without digging is still a view
-        if (made) brush = *std::move(made);
+        if (made) {
+            brush = *std::move(made);
+        } else {
+            settings.why_no_brush = made.error().message;
+        }
     }
     if (!options.path.empty()) {
         TERRANE_TRY(settings.path, open_path(options.path, terrain,
@@ -118,12 +134,20 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
     settings.is_full_screen = options.full_screen;
     settings.shows_help = !options.no_help;
     settings.seconds = given(options.close_after).value_or(std::numeric_limits<double>::infinity());
-    if (!options.out.empty()) settings.folder = options.out;
+    if (!options.out.empty()) {
+        std::error_code trouble;
+        std::filesystem::create_directories(options.out, trouble);
+        if (trouble)
+            return failure(fmt::format("cannot write '{}': {}", options.out, trouble.message()));
+        settings.folder = options.out;
+    }
     settings.state_log = options.state_log;
-    settings.command_of = [flags = given_flags(command)](const CameraPlace& place) {
+    settings.command_of = [flags = given_flags(command)](const CameraPlace& place,
+                                                         const ImageSize& size) {
         const WorldPos& eye = place.eye_world;
-        return fmt::format("{} --eye-m {:.3f},{:.3f},{:.3f} --aim-deg {:.3f},{:.3f}", flags,
-                           eye.x(), eye.y(), eye.z(), place.azimuth_deg, place.elevation_deg);
+        return fmt::format("{} --size {}x{} --eye-m {:.3f},{:.3f},{:.3f} --aim-deg {:.3f},{:.3f}",
+                           flags, size.width_px, size.height_px, eye.x(), eye.y(), eye.z(),
+                           place.azimuth_deg, place.elevation_deg);
     };
     TERRANE_TRY(const std::unique_ptr<Viewer> viewer,
                 Viewer::create(options, terrain, std::move(brush), std::move(settings)));

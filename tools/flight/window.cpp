@@ -152,6 +152,8 @@ Result<void> Window::show() {
 WindowInput Window::take_input() {
     WindowInput& input = state_->so_far;
     WindowInput taken = input;
+    // a key that was released since was held for a moment
+    for (const WindowInput::Press& key : taken.keys) taken.held_keys.insert(key.number);
     read_gamepad(taken);
     input.keys.clear();
     input.buttons.clear();

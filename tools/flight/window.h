@@ -23,7 +23,7 @@ struct WindowInput {
         double x = 0.0, y = 0.0;
     };
     std::vector<Press> keys, buttons;       ///< in the order of the presses, without repeats
-    std::set<int> held_keys, held_buttons;  ///< at the end
+    std::set<int> held_keys, held_buttons;  ///< at the end; keys also if pressed and released
     double x = 0.0, y = 0.0;                ///< of the cursor
     double moved_x = 0.0, moved_y = 0.0;    ///< by the cursor
     double wheel = 0.0;                     ///< notches away from the user

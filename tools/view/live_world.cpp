@@ -57,18 +57,19 @@ std::span<const BodyNeed> LiveWorld::needs() {
     return needs_;
 }
 
-void LiveWorld::drive(VehicleKind kind, const WorldVec2& place_world,
+void LiveWorld::drive(VehicleKind kind, const WorldVec2& place_world, double below,
                       const Eigen::Vector2d& along_world) {
     leave();
     being_ = Being::driver;
     kind_ = kind;
-    entry_ = LiveEntry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
+    entry_ = LiveEntry{place_world, below, unit_or(along_world, Eigen::Vector2d::UnitY())};
 }
 
-void LiveWorld::walk(const WorldVec2& place_world, const Eigen::Vector2d& along_world) {
+void LiveWorld::walk(const WorldVec2& place_world, double below,
+                     const Eigen::Vector2d& along_world) {
     leave();
     being_ = Being::walker;
-    entry_ = LiveEntry{place_world, unit_or(along_world, Eigen::Vector2d::UnitY())};
+    entry_ = LiveEntry{place_world, below, unit_or(along_world, Eigen::Vector2d::UnitY())};
 }
 
 void LiveWorld::leave() {
@@ -81,13 +82,19 @@ void LiveWorld::leave() {
     input_ = {};
 }
 
-// Puts what waits on the ground if that is resident and free.
+// Puts what waits on the ground if that is resident.
 void LiveWorld::enter(const Ground& ground) {
     const Eigen::Vector2d place = entry_->place_world, along = entry_->along_world;
+    const HeightAnswer found = ground.height_below(place.x(), place.y(), entry_->below);
+    if (found.status == QueryStatus::not_resident) return;
+    WorldPos floor = floor_at(entry_->place_world);
+    const double rise = found.status == QueryStatus::ok ? found.height - floor.z() : 0.0;
+    floor.z() += rise;
     if (being_ == Being::driver) {
         const VehicleSettings settings = make_vehicle(kind_);
-        const Result<Pose> pose =
-            pose_on_ground(settings, slope_pose(*terrain_->source, place, along, settings), ground);
+        Pose sloped = slope_pose(*terrain_->source, place, along, settings);
+        sloped.translation.z() += rise;
+        const Result<Pose> pose = pose_on_ground(settings, sloped, ground);
         if (!pose) return;
         const Result<BodyId> added = world_.add_vehicle(settings, *pose);
         if (!added) return;
@@ -97,7 +104,7 @@ void LiveWorld::enter(const Ground& ground) {
         camera_.emplace(*terrain_->source, *pose, camera);
     } else {
         Pose at;
-        at.translation = floor_at(entry_->place_world);
+        at.translation = floor;
         at.translation.z() += kWalker.radius + kWalker.half_height;
         const Shape shape = Capsule{.radius = kWalker.radius, .half_height = kWalker.half_height};
         const LiftAnswer lift = compute_lift(shape, at, ground);
@@ -237,6 +244,11 @@ Result<void> LiveWorld::step(const Ground& ground) {
         camera_->follow(pose(), kStep, ground, world_, body_);
     }
     return {};
+}
+
+Eigen::Vector3d LiveWorld::velocity() const {
+    return body_.is_valid() ? world_.state(body_).velocity
+                            : Eigen::Vector3d(Eigen::Vector3d::Zero());
 }
 
 Pose LiveWorld::pose() const {

@@ -23,6 +23,7 @@ enum class Being { camera, walker, driver };
 /// A vehicle or character that waits until its ground is resident.
 struct LiveEntry {
     WorldVec2 place_world = WorldVec2::Zero();
+    double below = 0.0;  ///< it enters on the highest ground at or below this height, metres
     WorldVec2 along_world = WorldVec2(0.0, 1.0);  ///< heading, unit
 };
 
@@ -87,10 +88,12 @@ public:
 
     /// Puts a vehicle on the ground, in place of what was steered before, as soon as the ground is resident.
     ///
+    /// @param below      it enters on the highest ground at or below this height, metres; on the heightfield if there is none
     /// @param along_world heading, horizontal, not zero
-    void drive(VehicleKind kind, const WorldVec2& place_world, const Eigen::Vector2d& along_world);
+    void drive(VehicleKind kind, const WorldVec2& place_world, double below,
+               const Eigen::Vector2d& along_world);
     /// Puts a character on the ground likewise.
-    void walk(const WorldVec2& place_world, const Eigen::Vector2d& along_world);
+    void walk(const WorldVec2& place_world, double below, const Eigen::Vector2d& along_world);
     /// Removes the vehicle or character.
     void leave();
     /// Puts the vehicle on its wheels where it is.
@@ -129,6 +132,8 @@ public:
 
     /// A view from behind the vehicle or character; `picture` while it waits.
     View view(const View& picture) const;
+    /// Velocity of the vehicle or character, m/s; zero without one.
+    Eigen::Vector3d velocity() const;
     /// Pose of the vehicle or character, x forward.
     Pose pose() const;
     /// Turns the camera around the vehicle, radians clockwise.

@@ -157,8 +157,8 @@ std::optional<WorldPos> first_on_mesh(const TerrainMesh& mesh, const WorldPos& f
         const double west = lattice.x(chunk.corner.x), south = lattice.y(chunk.corner.y);
         const double step = lattice.spacing * static_cast<double>(chunk.step);
         const auto corner = [&](std::uint16_t sample) {
-            return WorldPos(west + step * (sample % kChunkSamples),
-                            south + step * (sample / kChunkSamples),
+            const int column = sample % kChunkSamples, row = sample / kChunkSamples;
+            return WorldPos(west + step * column, south + step * row,
                             drawn.displayed_height(sample, lattice.quantum));
         };
         for (std::uint32_t i = 0; i < drawn.index_count; i += 3) {
@@ -221,12 +221,12 @@ namespace {
 
 using Rgb = std::array<float, 3>;
 
-void add_box(const Pose& pose, const Eigen::Vector3d& half, const Rgb& colour,
-             const LineProjector& projector, std::vector<PictureLine>& lines_out) {
+void add_box(const Pose& pose, const Aabb& box, const Rgb& colour, const LineProjector& projector,
+             std::vector<PictureLine>& lines_out) {
     const auto corner = [&](int number) {
-        return WorldPos(pose * Eigen::Vector3d((number & 1) != 0 ? half.x() : -half.x(),
-                                               (number & 2) != 0 ? half.y() : -half.y(),
-                                               (number & 4) != 0 ? half.z() : -half.z()));
+        return WorldPos(pose * Eigen::Vector3d((number & 1) != 0 ? box.high.x() : box.low.x(),
+                                               (number & 2) != 0 ? box.high.y() : box.low.y(),
+                                               (number & 4) != 0 ? box.high.z() : box.low.z()));
     };
     for (int from = 0; from < 8; ++from)
         for (const int bit : {1, 2, 4})
@@ -276,11 +276,12 @@ void add_body_marks(const World& world, std::span<const BodyNeed> needs, const B
             if (state.condition == BodyCondition::removed) continue;
             const Shape& shape = world.settings()[i].shape;
             const bool sleeps = state.condition == BodyCondition::asleep;
-            const Box* box = std::get_if<Box>(&shape);
-            const Eigen::Vector3d half =
-                box != nullptr ? box->half_extents
-                               : Eigen::Vector3d(Eigen::Vector3d::Constant(bounding_radius(shape)));
-            add_box(state.pose, half, sleeps ? kAsleep : kAwake, projector, lines_out);
+            Aabb box;
+            for (int axis = 0; axis < 3; ++axis) {
+                box.high[axis] = support_distance(shape, Eigen::Vector3d::Unit(axis));
+                box.low[axis] = -support_distance(shape, -Eigen::Vector3d::Unit(axis));
+            }
+            add_box(state.pose, box, sleeps ? kAsleep : kAwake, projector, lines_out);
         }
     }
     if (marks.needs) {

@@ -72,7 +72,7 @@ private:
 /// Which marks of bodies are drawn.
 struct BodyMarks {
     bool contacts = false;  ///< points with normals, and impulses
-    bool bounds = false;    ///< bounding boxes, grey for sleeping bodies
+    bool bounds = false;    ///< boxes in the axes of the bodies, grey for sleeping ones
     bool needs = false;     ///< the ground that bodies need
 };
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kPlotted = 180;  // frames
 constexpr float kMargin = 10.0f;       // pixels between panels and the window's edges
 
-constexpr std::array<KeyHelp, 30> kKeys{{
+constexpr std::array<KeyHelp, 31> kKeys{{
     {"W A S D", "fly, walk or drive", true},
     {"right mouse", "look around (hold)", true},
     {"wheel", "faster or slower; nearer in an orbit", true},
@@ -50,6 +50,7 @@ constexpr std::array<KeyHelp, 30> kKeys{{
     {"G", "colours of the ground: levels, chunks, error, late"},
     {"T", "wireframe"},
     {"F11", "full screen"},
+    {"Escape", "hide the keys; then close the window"},
     {"F12 / R", "picture, film"},
     {"K", "copy as command"},
 }};
@@ -57,7 +58,7 @@ constexpr std::array<KeyHelp, 30> kKeys{{
 // A slider over powers of ten.
 bool log_slider(const char* label, double& value, double low, double high, const char* format) {
     return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
-                               ImGuiSliderFlags_Logarithmic);
+                               ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
 }
 
 void show_bar(const char* label, double value, double most, const std::string& text) {
@@ -139,7 +140,8 @@ double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timelin
     errors_.push_back({static_cast<float>(frame.error_px), static_cast<float>(frame.max_error_px)});
     if (times_.size() > kPlotted) times_.pop_front();
     if (errors_.size() > kPlotted) errors_.pop_front();
-    if (help == Help::none && !shows_panel && !shows_map && facts.lines.empty()) {
+    const bool has_notes = !facts.picked.empty() || !facts.note.empty();
+    if (help == Help::none && !shows_panel && !shows_map && !has_notes && facts.lines.empty()) {
         covered_.clear();
         return 0.0;
     }
@@ -165,6 +167,7 @@ double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timelin
         draw_timeline(timeline);
     }
     if (shows_map) draw_map(facts);
+    if (has_notes) draw_notes(facts);
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
     return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
@@ -236,14 +239,24 @@ void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
                     static_cast<unsigned long long>(facts.live->totals().fell_through));
     }
     draw_dials(facts, dials);
-    if (!facts.picked.empty()) ImGui::Separator();
-    for (const std::string& line : facts.picked) ImGui::TextUnformatted(line.c_str());
-    if (!facts.note.empty()) {
-        ImGui::Separator();
-        ImGui::TextUnformatted(facts.note.c_str());
-    }
+
     ImGui::PopItemWidth();
     end_panel();
+}
+
+// What was picked, and the last message, over the middle of the window's upper edge.
+void Overlay::draw_notes(const ViewFacts& facts) {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, kMargin), ImGuiCond_Always, ImVec2(0.5f, 0.0f));
+    begin_panel("Notes", nullptr,
+                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoInputs |
+                    ImGuiWindowFlags_NoFocusOnAppearing);
+    ImGui::PushTextWrapPos(0.45f * size.x);
+    for (const std::string& line : facts.picked) ImGui::TextUnformatted(line.c_str());
+    if (!facts.note.empty())
+        ImGui::TextColored(ImVec4(1.0f, 0.85f, 0.3f, 1.0f), "%s", facts.note.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::End();
 }
 
 void Overlay::draw_dials(const ViewFacts&, ViewDials& dials) {
@@ -251,13 +264,19 @@ void Overlay::draw_dials(const ViewFacts&, ViewDials& dials) {
         log_slider("budget", dials.budget, 1000.0, 4e6, "%.0f");
         log_slider("target, px", dials.max_error_px, 0.1, 32.0, "%.2f");
         log_slider("morph ratio", dials.morph_ratio, 1.0, 16.0, "%.2f");
-        double low = -180.0, high = 360.0;
+        double low = 0.0, high = 360.0;
         ImGui::SliderScalar("sun azimuth", ImGuiDataType_Double, &dials.sun_deg[0], &low, &high,
                             "%.0f deg");
         low = -5.0;
         high = 90.0;
         ImGui::SliderScalar("sun elevation", ImGuiDataType_Double, &dials.sun_deg[1], &low, &high,
                             "%.0f deg");
+        if (dials.sun_hour) {
+            low = 0.0;
+            high = 24.0;
+            ImGui::SliderScalar("sun, UTC", ImGuiDataType_Double, &*dials.sun_hour, &low, &high,
+                                "%.1f h");
+        }
         log_slider("brush, m", dials.brush_radius, 0.1, 1000.0, "%.1f");
     }
     if (ImGui::CollapsingHeader("Show", ImGuiTreeNodeFlags_DefaultOpen)) {

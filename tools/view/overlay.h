@@ -34,6 +34,8 @@ struct ViewDials {
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
     std::array<double, 2> sun_deg{};  ///< azimuth clockwise from world y, and elevation
+    std::optional<double> sun_hour =
+        {};  ///< of the day, UTC, where longitude is known: sets sun_deg
     bool wireframe = false;
     GroundColours colours = GroundColours::none;
     BodyMarks bodies = {};
@@ -91,6 +93,7 @@ private:
     void draw_help();
     void draw_panel(const ViewFacts& facts, ViewDials& dials);
     void draw_dials(const ViewFacts& facts, ViewDials& dials);
+    void draw_notes(const ViewFacts& facts);
     void draw_timeline(Timeline& timeline);
     void draw_map(const ViewFacts& facts);
 

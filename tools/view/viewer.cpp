@@ -23,10 +23,11 @@ namespace terrane::tools {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kLongestFrame = 0.25;    // seconds of real time that a frame may advance
-constexpr double kSimulationShare = 0.1;  // seconds of a frame after which steps are left out
-constexpr double kStartAltitude = 30.0;   // metres above the ground
-constexpr double kStartElevation = -8.0;  // degrees
+constexpr double kLongestFrame = 0.25;      // seconds of real time that a frame may advance
+constexpr double kSimulationShare = 0.1;    // seconds of a frame after which steps are left out
+constexpr double kStartAltitude = 30.0;     // metres above the ground
+constexpr double kStartElevation = -8.0;    // degrees
+constexpr double kContentDistance = 120.0;  // metres from what a scene has
 constexpr double kEyeRadius = 0.5;  // metres, of the ball that keeps the eye out of the ground
 constexpr double kFilmRate = 30.0;  // frames a second
 constexpr std::size_t kHistoryBytes = std::size_t{128} << 20;  // of the simulation's past
@@ -36,6 +37,19 @@ double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+// The place of the first thing of a scene that has one; none without such a thing.
+std::optional<WorldPos> place_of_content(const Terrain& terrain) {
+    const auto on_ground = [&](const WorldPos& p) {
+        return WorldPos(p.x(), p.y(), terrain.source->height(p.x(), p.y()));
+    };
+    if (terrain.nodes != nullptr && !terrain.nodes->nodes.empty())
+        return on_ground(terrain.nodes->nodes[0].place.parent_from_node.translation);
+    if (!terrain.bodies.empty()) return on_ground(terrain.bodies[0].state.pose.translation);
+    if (terrain.objects != nullptr && !terrain.objects->objects.empty())
+        return on_ground(terrain.objects->objects[0].world_from_object.translation);
+    return std::nullopt;
 }
 
 CameraPose pose_at(const CameraPlace& place) {
@@ -120,7 +134,8 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
         if (viewer.log_ == nullptr)
             return pass_on(cannot_write(viewer.settings_.state_log, errno).value());
     }
-    const std::array<double, 2> sun = degrees_of(of_renderer.sun_direction);
+    std::array<double, 2> sun = degrees_of(of_renderer.sun_direction);
+    if (sun[0] < 0.0) sun[0] += 360.0;
     viewer.dials_ = {.budget = static_cast<double>(options.budget),
                      .max_error_px = options.max_error_px,
                      .morph_ratio = options.morph_ratio,
@@ -129,6 +144,13 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
     if (viewer.brush_ != nullptr) {
         viewer.dials_.brush_radius =
             std::max(viewer.dials_.brush_radius, viewer.brush_->least_radius());
+    }
+    if (viewer.georeference_) {
+        // noon UTC of the day of --sun-time, or of a day in June
+        constexpr double kDay = 86400.0;
+        const double time = parse_time(options.sun_time).value_or(*parse_time("2026-06-21T12:00Z"));
+        viewer.day_ = kDay * std::floor(time / kDay);
+        viewer.dials_.sun_hour = (time - viewer.day_) / 3600.0;
     }
     viewer.applied_ = viewer.dials_;
     viewer.overlay_ = std::make_unique<Overlay>(viewer.window_);
@@ -193,16 +215,20 @@ CommandResult<void> Viewer::begin() {
     CameraPlace place{.eye_world = {start.x(), start.y(),
                                     terrain_.source->height(start.x(), start.y()) + kStartAltitude},
                       .elevation_deg = kStartElevation};
+    if (const std::optional<WorldPos> content = place_of_content(terrain_);
+        content && !terrain_.start)
+        place.eye_world = *content + WorldPos(0.0, -kContentDistance, kStartAltitude);
     if (settings_.place) place = *settings_.place;
     home_ = has_playback() && !settings_.place ? played_pose() : pose_at(place);
     camera_.jump_to(home_);
     follows_path_ = has_playback() && !settings_.place && settings_.being == Being::camera;
-    if (!has_playback()) timeline_.play();
+    if (!has_playback() || settings_.being != Being::camera) timeline_.play();
     if (settings_.is_full_screen) window_.set_full_screen(true);
     const WorldVec2 ahead = camera_.pose().forward.head<2>();
     if (settings_.being == Being::driver)
-        live_.drive(settings_.vehicle, home_.eye_world.head<2>(), ahead);
-    if (settings_.being == Being::walker) live_.walk(home_.eye_world.head<2>(), ahead);
+        live_.drive(settings_.vehicle, home_.eye_world.head<2>(), home_.eye_world.z(), ahead);
+    if (settings_.being == Being::walker)
+        live_.walk(home_.eye_world.head<2>(), home_.eye_world.z(), ahead);
     TERRANE_TRY(follow_window_size());
     maker_.load_until_stable(view_now(), needs(), clock_);
     return {};
@@ -275,6 +301,7 @@ Result<void> Viewer::follow_window_size() {
     const int width = window_.width_px(), height = window_.height_px();
     if (width < 1 || height < 1) return {};
     if (width == picture_.width_px && height == picture_.height_px) return {};
+    if (film_) end_film();  // a film has one size
     TERRANE_TRY(renderer_.resize(width, height));
     picture_.width_px = width;
     picture_.height_px = height;
@@ -296,6 +323,10 @@ Result<void> Viewer::follow_dials() {
             dials_.max_error_px = before.max_error_px;
             dials_.morph_ratio = before.morph_ratio;
         }
+    }
+    if (now.sun_hour != before.sun_hour) {
+        if (const std::optional<std::array<double, 2>> sun = sun_at(*now.sun_hour))
+            dials_.sun_deg = {(*sun)[0] < 0.0 ? (*sun)[0] + 360.0 : (*sun)[0], (*sun)[1]};
     }
     if (now.sun_deg != before.sun_deg) {
         const Eigen::Vector3d sun =
@@ -324,6 +355,17 @@ Ground Viewer::load_ground() {
     maker_.pager().update({}, needs(), clock_);
     maker_.pager().finish();
     return maker_.pager().ground(terrain_.surface);
+}
+
+// The sun's place at an hour UTC of the day, degrees; none where the longitude is unknown.
+std::optional<std::array<double, 2>> Viewer::sun_at(double hour) const {
+    if (!georeference_) return std::nullopt;
+    const WorldPos eye = view_now().eye_world;
+    const Eigen::Vector3d lonlat = georeference_->lonlat_from_world(eye);
+    const double convergence = georeference_->scale_at(eye.x(), eye.y()).convergence;
+    if (!lonlat.allFinite() || !std::isfinite(convergence)) return std::nullopt;
+    return degrees_of(
+        direction_to_sun(sun_position(day_ + 3600.0 * hour, lonlat.x(), lonlat.y()), convergence));
 }
 
 // Simulates a duration in whole steps, those of the past as they were unless the user steers; leaves out what takes too
@@ -414,8 +456,12 @@ Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
     overlay_ms_ = overlay_->draw(facts, dials_, timeline_);
     if (film_) {
         const Image image = renderer_.read();
-        for (; film_time_ <= film_clock_; film_time_ += 1.0 / kFilmRate)
-            TERRANE_TRY(film_->add(image));
+        for (; film_ && film_time_ <= film_clock_; film_time_ += 1.0 / kFilmRate) {
+            if (const Result<void> added = film_->add(image); !added) {
+                film_.reset();
+                say(added.error().message);
+            }
+        }
     }
     const Clock::time_point start = Clock::now();
     TERRANE_TRY(window_.show());
@@ -491,9 +537,7 @@ CommandResult<ViewTotals> Viewer::run() {
         TERRANE_TRY(react(window_.take_input(), dt));
         TERRANE_TRY(make_frame(dt));
     }
-    if (film_) {
-        TERRANE_TRY(film_->finish());
-    }
+    end_film();
     totals_.bodies = live_.totals();
     totals_.draw_ms_median = median(draw_times_);
     totals_.overlay_ms_median = median(overlay_times_);

@@ -55,8 +55,9 @@ struct ViewerSettings {
     double seconds = std::numeric_limits<double>::infinity();  ///< after which the window closes
     std::string folder = ".";                                  ///< of pictures and films
     std::string state_log = {};  ///< file of a JSON line for each frame; "": none
-    /// The command line that makes a view from a place, without it.
-    std::function<std::string(const CameraPlace& place)> command_of;
+    /// The command line that makes a view from a place, in a window of a size.
+    std::function<std::string(const CameraPlace& place, const ImageSize& size)> command_of;
+    std::string why_no_brush = {};  ///< without a brush, the message of a dig
 };
 
 /// What a view counted.
@@ -118,6 +119,7 @@ private:
     WorldPos stopped(const WorldPos& from_world, const WorldPos& to_world) const;
     void lift_eye();
     std::optional<double> altitude(const WorldPos& eye_world) const;
+    std::optional<std::array<double, 2>> sun_at(double hour) const;
     View view_now() const;
     CameraPlace place_now() const;
     void say(std::string note);
@@ -135,8 +137,9 @@ private:
     std::optional<Pick> pick(double x_px, double y_px) const;
     std::string lonlat_text(const WorldPos& p_world) const;
     void dig(bool fills);
-    Result<void> take_picture();
-    Result<void> toggle_film();
+    void take_picture();
+    void toggle_film();
+    void end_film();
     std::string free_name(const std::string& ending) const;
 
     FlightOptions options_;
@@ -155,6 +158,7 @@ private:
     std::unique_ptr<Overlay> overlay_;
     mutable std::optional<ObjectPicker> picker_;  // absent without objects
     std::optional<Georeference> georeference_;
+    double day_ = 0.0;  // of the sun, seconds since 1970-01-01T00:00Z
 
     View picture_;  // size and field of view
     FreeCamera camera_{CameraPose{}};

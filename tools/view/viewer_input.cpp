@@ -23,7 +23,9 @@ constexpr double kFarthestPick = 1e5;       // metres
 constexpr double kNearPick = 2000.0;        // metres, up to which the contact surface is asked
 constexpr double kFlyShare = 0.15;          // of the distance, left after a flight to a point
 constexpr double kThrowSpeed = 18.0;        // m/s
+constexpr double kBrushShare = 0.7;         // of the distance, that a brush reaches at most
 constexpr double kWalkSpeed = 2.0, kRunSpeed = 6.0;  // m/s
+constexpr double kHandBrakeSpeed = 1.0;              // m/s
 constexpr double kNoteTime = 4.0;                    // seconds for which a message is shown
 
 const char* name_of(BodyCondition condition) {
@@ -166,13 +168,16 @@ void Viewer::steer(const WindowInput& input, double dt) {
             [this](const WorldPos& from, const WorldPos& to) { return stopped(from, to); });
         return;
     }
+    if (!timeline_.is_playing() && !controls.move.isZero()) say("paused: Space plays");
     if (live_.is_waiting()) return;
     const bool has_key = input.is_held(GLFW_KEY_B) || input.is_held(GLFW_KEY_J);
     is_steering_ = is_steering_ || has_key || !controls.move.isZero() || controls.turn != 0.0 ||
                    input.triggers[0] + input.triggers[1] > 0.0;
     if (live_.being() == Being::driver) {
         live_.turn_camera(controls.turn);
-        const double brake = input.is_held(GLFW_KEY_B) ? 1.0 : 0.0;
+        // a vehicle that nobody drives stays where it is
+        const bool is_left = controls.move.y() == 0.0 && live_.velocity().norm() < kHandBrakeSpeed;
+        const double brake = input.is_held(GLFW_KEY_B) || is_left ? 1.0 : 0.0;
         const double pedals = input.triggers[1] - input.triggers[0];
         live_.steer(VehicleControls{.throttle = std::clamp(controls.move.y() + pedals, -1.0, 1.0),
                                     .brake = brake,
@@ -198,11 +203,11 @@ void Viewer::change_being() {
     is_live_changed_ = true;
     switch (live_.being()) {
         case Being::camera:
-            live_.walk(place, view.forward.head<2>());
+            live_.walk(place, view.eye_world.z(), view.forward.head<2>());
             say("walker: W A S D, Shift runs, J jumps");
             break;
         case Being::walker:
-            live_.drive(dials_.vehicle, place, view.forward.head<2>());
+            live_.drive(dials_.vehicle, place, view.eye_world.z(), view.forward.head<2>());
             say("vehicle: W A S D, B brakes, U puts it on its wheels");
             break;
         case Being::driver: {
@@ -219,12 +224,19 @@ void Viewer::change_being() {
 
 void Viewer::dig(bool fills) {
     if (brush_ == nullptr) {
-        say("digging needs a program that was built with TERRANE_VOLUME");
+        say(settings_.why_no_brush);
         return;
     }
     const std::optional<Pick> at = pick(input_.x, input_.y);
     if (!at || at->body.is_valid()) return;
     const double radius = std::max(dials_.brush_radius, brush_->least_radius());
+    // the eye would be in the hole
+    if (radius > kBrushShare * (at->point_world - view_now().eye_world).norm()) {
+        say(fmt::format(
+            "too near for a brush of {:.3g} m: the ground takes balls of {:.3g} m or more", radius,
+            brush_->least_radius()));
+        return;
+    }
     const Result<void> done =
         fills ? brush_->fill(at->point_world, radius) : brush_->dig(at->point_world, radius);
     say(done ? fmt::format("{} {:.3g} m", fills ? "filled" : "dug", radius) : done.error().message);
@@ -238,46 +250,54 @@ std::string Viewer::free_name(const std::string& ending) const {
     }
 }
 
-Result<void> Viewer::take_picture() {
+void Viewer::take_picture() {
     const std::string name = free_name("png");
-    TERRANE_TRY(write_png(renderer_.read(), name));
-    say("wrote " + name);
-    return {};
+    const Result<void> written = write_png(renderer_.read(), name);
+    say(written ? "wrote " + name : written.error().message);
 }
 
-Result<void> Viewer::toggle_film() {
+void Viewer::end_film() {
+    if (!film_) return;
+    const Result<void> finished = film_->finish();
+    film_.reset();
+    say(finished ? "the film is complete" : finished.error().message);
+}
+
+void Viewer::toggle_film() {
     if (film_) {
-        TERRANE_TRY(film_->finish());
-        film_.reset();
-        say("the film is complete");
-        return {};
+        end_film();
+        return;
     }
     constexpr double kFilmRate = 30.0;
     const std::string name = free_name("mp4");
     if (picture_.width_px % 2 != 0 || picture_.height_px % 2 != 0) {
         say("a film needs a window of even width and height");
-        return {};
+        return;
     }
     Result<Film> film = Film::create(name, picture_.width_px, picture_.height_px, kFilmRate);
     if (!film) {
         say(film.error().message);
-        return {};
+        return;
     }
     film_.emplace(*std::move(film));
     film_time_ = film_clock_ = 0.0;
     say("films " + name + " until R");
-    return {};
 }
 
 Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
     const bool has_control = (key.mods & GLFW_MOD_CONTROL) != 0;
-    if (key.number >= GLFW_KEY_1 && key.number <= GLFW_KEY_9) {
+    const bool is_digit = key.number >= GLFW_KEY_1 && key.number <= GLFW_KEY_9;
+    // keys of the window manager
+    if ((key.mods & (GLFW_MOD_ALT | GLFW_MOD_SUPER)) != 0 || (has_control && !is_digit)) return {};
+    if (is_digit) {
         const CameraPlace place = place_now();
         if (has_control) {
             bookmarks_[key.number] = {.eye_world = place.eye_world, .forward = view_now().forward};
             say(fmt::format("bookmark {}", key.number - GLFW_KEY_0));
         } else if (bookmarks_.contains(key.number)) {
             go(bookmarks_[key.number]);
+        } else {
+            say(fmt::format("no bookmark {}: Ctrl sets it", key.number - GLFW_KEY_0));
         }
         return {};
     }
@@ -303,7 +323,8 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             const View view = view_now();
             const Eigen::Vector3d along = direction_through(view, input_.x, input_.y);
             is_live_changed_ = true;
-            TERRANE_TRY(live_.throw_crate(view.eye_world + 2.0 * along, kThrowSpeed * along));
+            TERRANE_TRY(live_.throw_crate(view.eye_world + 2.0 * along,
+                                          kThrowSpeed * along + live_.velocity()));
             break;
         }
         case GLFW_KEY_X:
@@ -335,7 +356,9 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             timeline_.set_loops(!timeline_.loops());
             break;
         case GLFW_KEY_P:
-            if (has_playback()) {
+            if (!has_playback()) {
+                say("there is no path: --path or --replay plays one");
+            } else {
                 live_.leave();
                 follows_path_ = true;
             }
@@ -376,11 +399,14 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             window_.set_full_screen(!window_.is_full_screen());
             break;
         case GLFW_KEY_F12:
-            return take_picture();
+            take_picture();
+            break;
         case GLFW_KEY_R:
-            return toggle_film();
+            toggle_film();
+            break;
         case GLFW_KEY_K: {
-            const std::string command = settings_.command_of(place_now());
+            const std::string command =
+                settings_.command_of(place_now(), {picture_.width_px, picture_.height_px});
             window_.set_clipboard(command);
             say(command);
             break;
