@@ -8,8 +8,6 @@
 #include <terrane/dem/georeference.h>
 #include <terrane/render/sun_position.h>
 
-// no OpenGL headers
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
 #include <chrono>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "flight/window.h"
 
-// no OpenGL headers
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
 #include <algorithm>

@@ -89,7 +89,7 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
     FrameMaker maker(std::move(source), std::move(pager), std::move(triangulator));
     maker.budget_ = settings.triangulator.triangle_budget;
     maker.max_error_px_ = settings.triangulator.max_error_px;
-    if (settings.verify) maker.verifier_.emplace(*source);
+    if (settings.verify) maker.verifier_.emplace(*maker.source_);
     return maker;
 }
 

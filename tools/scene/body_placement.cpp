@@ -336,15 +336,15 @@ Result<ObjectBodies> ObjectBodies::create(std::shared_ptr<const HeightSource> so
     }
     for (const SceneScatter& wanted : objects.scatters) {
         if (!wanted.proxy_error) continue;
-        TERRANE_TRY(Compound shape, shape_of(wanted.mesh, *wanted.proxy_error));
+        TERRANE_TRY(const Compound shape, shape_of(wanted.mesh, *wanted.proxy_error));
         Result<Scatter> scatter = Scatter::create(source, wanted.settings);
         if (!scatter) {
             return fail(scatter.error().code,
                         objects.files[wanted.mesh] + ": " + scatter.error().message);
         }
         const double radius = bounding_radius(shape) * wanted.settings.max_scale;
-        made.scatters_.push_back(std::make_unique<StaticScatter>(StaticScatter{
-            .scatter = *std::move(scatter), .shape = std::move(shape), .radius = radius}));
+        made.scatters_.push_back(std::make_unique<StaticScatter>(
+            StaticScatter{.scatter = *std::move(scatter), .shape = shape, .radius = radius}));
     }
     return made;
 }

@@ -88,7 +88,7 @@ public:
 
     /// Puts a vehicle on the ground, in place of what was steered before, as soon as the ground is resident.
     ///
-    /// @param below      it enters on the highest ground at or below this height, metres; on the heightfield if there is none
+    /// @param below       it enters on the highest ground at or below this height, metres, or on the heightfield
     /// @param along_world heading, horizontal, not zero
     void drive(VehicleKind kind, const WorldVec2& place_world, double below,
                const Eigen::Vector2d& along_world);

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "view/overlay.h"
 
-#include <fmt/format.h>
-
-// no OpenGL headers
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
+#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
 #include <imgui_impl_opengl3.h>

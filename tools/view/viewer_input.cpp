@@ -3,8 +3,6 @@
 
 #include <terrane/terrain/view.h>
 
-// no OpenGL headers
-#define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 
