@@ -22,17 +22,19 @@ import time
 
 PATIENCE = float(os.environ.get("TERRANE_VIEW_PATIENCE", "60"))  # seconds; sanitizers are slow
 SIZE = (480, 320)
-HILLS = ["--seed", "7", "--detail-m", "1", "--budget", "6000", "--size", "%dx%d" % SIZE, "--no-help", "--no-vsync"]
+SMALL = ["--budget", "6000", "--size", "%dx%d" % SIZE, "--no-help", "--no-vsync"]
+HILLS = ["--seed", "7", "--detail-m", "1"]
+DATA = pathlib.Path(__file__).resolve().parents[2] / "tools" / "data"
 SKIPPED = 77
 
 
 class View:
     """A running view and its state."""
 
-    def __init__(self, terrane, folder, *flags):
+    def __init__(self, terrane, folder, *flags, terrain=HILLS):
         self.log = pathlib.Path(folder) / "state.log"
         self.log.unlink(missing_ok=True)
-        command = [terrane, "view", *HILLS, "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
+        command = [terrane, "view", *terrain, *SMALL, "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.taken = 0
         self.seen = []  # all states so far
@@ -234,6 +236,20 @@ def rewinds_what_was_driven(terrane, folder):
     view.end()
 
 
+def stays_in_a_cave(terrane, folder):
+    view = View(terrane, folder, "--eye-m", "7618,-11846,425", "--aim-deg", "205,-4", terrain=["--scene", str(DATA / "cave.json")])
+    start = view.state
+    view.tool("keydown", "w")
+    flown = view.wait("a flight", lambda s: distance(s, start) > 5.0)
+    view.tool("keyup", "w")
+    assert abs(flown["eye"][2] - 425.0) < 10.0, flown
+    view.key("Tab")
+    walker = view.wait("a walker", lambda s: s["being"] == "walker" and not s["waiting"])
+    assert abs(walker["body"]["position"][2] - 425.0) < 10.0, walker
+    totals = view.end()
+    assert totals["fell_through"] == 0 and totals["below_ground"] == 0, totals
+
+
 def resizes_pictures_and_copies(terrane, folder):
     view = View(terrane, folder)
     view.tool("windowsize", "--sync", view.window, 400, 260)
@@ -312,7 +328,7 @@ def ends_in_a_line_without_a_display(terrane, folder):
     assert 1 <= err.count("\n") <= 3 and "terminate" not in err, err
 
 
-CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven,
+CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven, stays_in_a_cave,
          resizes_pictures_and_copies, marks_and_panels_work, refuses_what_cannot_be, ends_in_a_line_without_a_display]
 
 

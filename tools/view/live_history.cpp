@@ -7,6 +7,13 @@
 
 namespace terrane::tools {
 
+std::size_t LiveHistory::interval() const {
+    constexpr std::size_t kLeastStates = 16;  // that fit
+    if (states_.empty()) return kInterval;
+    const std::size_t size = states_.rbegin()->second.world.size();
+    return kInterval * (1 + kLeastStates * size / std::max<std::size_t>(most_bytes_, 1));
+}
+
 void LiveHistory::store(const LiveWorld& world) {
     LiveState state = world.save();
     bytes_ += state.world.size();
@@ -29,7 +36,7 @@ Result<void> LiveHistory::step(LiveWorld& world, const Ground& ground, bool is_c
         bytes_ -= later->second.world.size();
         later = states_.erase(later);
     }
-    const bool is_due = states_.empty() || now_ >= states_.rbegin()->first + kInterval;
+    const bool is_due = states_.empty() || now_ >= states_.rbegin()->first + interval();
     if (is_changed || is_due) store(world);
     inputs_.push_back(world.input());
     const bool was_waiting = world.is_waiting();

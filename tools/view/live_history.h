@@ -47,10 +47,11 @@ public:
     /// Bytes of the stored states.
     std::size_t bytes() const { return bytes_; }
 
-    /// Steps between stored states.
+    /// Steps between stored states; more if few states of their size fit.
     static constexpr std::size_t kInterval = 60;
 
 private:
+    std::size_t interval() const;
     void store(const LiveWorld& world);
 
     std::size_t most_bytes_;

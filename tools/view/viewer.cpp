@@ -198,7 +198,7 @@ CameraPose Viewer::played_pose() const {
     return poses_[settings_.record->frame_at(timeline_.time())];
 }
 
-// The needs of live and of recorded bodies.
+// The needs of live and of recorded bodies, and of the free camera, which the ground stops.
 std::span<const BodyNeed> Viewer::needs() {
     const std::span<const BodyNeed> of_live = live_.needs();
     needs_.assign(of_live.begin(), of_live.end());
@@ -206,6 +206,9 @@ std::span<const BodyNeed> Viewer::needs() {
         const std::span<const BodyNeed> of_replay = replay_->world().needs();
         needs_.insert(needs_.end(), of_replay.begin(), of_replay.end());
     }
+    const CameraPose pose = camera_.pose();
+    needs_.push_back(
+        {.centre_world = pose.eye_world, .velocity = pose.velocity, .radius = 2.0 * kEyeRadius});
     return needs_;
 }
 
@@ -264,7 +267,8 @@ std::optional<double> Viewer::altitude(const WorldPos& eye_world) const {
     if (below.status == QueryStatus::ok) return eye_world.z() - below.height;
     const double height = terrain_.source->height(eye_world.x(), eye_world.y());
     if (!std::isfinite(height)) return std::nullopt;
-    // below all surfaces, or its ground is not resident
+    const bool may_be_in_cave = below.status == QueryStatus::not_resident && eye_world.z() < height;
+    if (may_be_in_cave && (terrain_.volumes != nullptr || ground.has_solids())) return std::nullopt;
     return eye_world.z() - height;
 }
 
@@ -293,6 +297,10 @@ WorldPos Viewer::stopped(const WorldPos& from_world, const WorldPos& to_world) c
     }
     if (is_known && ground.has_solids()) return at;
     const double floor = terrain_.source->height(at.x(), at.y());
+    // in a cave whose ground has not arrived
+    if (terrain_.volumes != nullptr &&
+        from_world.z() < terrain_.source->height(from_world.x(), from_world.y()))
+        return from_world;
     if (std::isfinite(floor)) at.z() = std::max(at.z(), floor + FreeCamera::kClearance);
     return at;
 }
