@@ -22,9 +22,8 @@ struct CameraControls {
 
 /// A camera that flies freely, flies to a point, or orbits a point.
 ///
-/// Its speed grows with the height above the ground: at `speed_factor()` 1 a tenth of a second takes it as far as a
-/// tenth of that height, but at least 0.8 m. It never comes nearer to the ground than kClearance, as far as the ground
-/// is known.
+/// At a speed_factor() of 1 its speed is the height above the ground in a second, but at least 8 m/s. It never comes
+/// nearer to the ground than kClearance, as far as the ground is known.
 class FreeCamera {
 public:
     /// Least distance from the ground, metres.

@@ -128,6 +128,7 @@ bool Overlay::takes_mouse(double x_px, double y_px) const {
         return x >= edge(0) && y >= edge(1) && x < edge(2) && y < edge(3);
     });
 }
+
 bool Overlay::takes_keys() const { return ImGui::GetIO().WantTextInput; }
 
 double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timeline) {
@@ -226,17 +227,14 @@ void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
     if (frame.has_objects) {
         ImGui::Text("objects %zu with %zu triangles", frame.objects_drawn, frame.object_triangles);
     }
-    if (facts.live != nullptr) {
-        const auto count = [&](BodyCondition condition) {
-            return std::ranges::count(facts.world->states(), condition, &BodyState::condition);
-        };
-        ImGui::Text("bodies: %td awake, %td asleep, %td parked", count(BodyCondition::awake),
-                    count(BodyCondition::asleep), count(BodyCondition::parked));
-        ImGui::Text("deepest %.4f m, fell through %llu", facts.live->totals().max_depth_m,
-                    static_cast<unsigned long long>(facts.live->totals().fell_through));
-    }
-    draw_dials(facts, dials);
-
+    const auto count = [&](BodyCondition condition) {
+        return std::ranges::count(facts.world->states(), condition, &BodyState::condition);
+    };
+    ImGui::Text("bodies: %td awake, %td asleep, %td parked", count(BodyCondition::awake),
+                count(BodyCondition::asleep), count(BodyCondition::parked));
+    ImGui::Text("deepest %.4f m, fell through %llu", facts.live->totals().max_depth_m,
+                static_cast<unsigned long long>(facts.live->totals().fell_through));
+    draw_dials(dials);
     ImGui::PopItemWidth();
     end_panel();
 }
@@ -256,7 +254,7 @@ void Overlay::draw_notes(const ViewFacts& facts) {
     ImGui::End();
 }
 
-void Overlay::draw_dials(const ViewFacts&, ViewDials& dials) {
+void Overlay::draw_dials(ViewDials& dials) {
     if (ImGui::CollapsingHeader("Dials", ImGuiTreeNodeFlags_DefaultOpen)) {
         log_slider("budget", dials.budget, 1000.0, 4e6, "%.0f");
         log_slider("target, px", dials.max_error_px, 0.1, 32.0, "%.2f");
@@ -351,29 +349,25 @@ void Overlay::draw_map(const ViewFacts& facts) {
         return ImVec2(corner.x + 0.5f * kSide + static_cast<float>((x - eye.x()) * scale),
                       corner.y + 0.5f * kSide - static_cast<float>((y - eye.y()) * scale));
     };
-    if (facts.resident != nullptr) {
-        const Lattice& lattice = facts.resident->lattice();
-        const float finest = static_cast<float>(std::max(1, lattice.finest_level));
-        for (const std::shared_ptr<const Chunk>& chunk : facts.resident->chunks()) {
-            const std::int64_t side = kChunkCells * chunk->step;
-            const ImVec2 low = at(lattice.x(chunk->corner.x), lattice.y(chunk->corner.y));
-            const ImVec2 high =
-                at(lattice.x(chunk->corner.x + side), lattice.y(chunk->corner.y + side));
-            const float share = static_cast<float>(chunk->key.level) / finest;
-            list->AddRect(ImVec2(low.x, high.y), ImVec2(high.x, low.y),
-                          colour_of({0.2f + 0.8f * share, 0.45f, 1.0f - 0.8f * share}, 0.8f));
-        }
+    const Lattice& lattice = facts.resident->lattice();
+    const float finest = static_cast<float>(std::max(1, lattice.finest_level));
+    for (const std::shared_ptr<const Chunk>& chunk : facts.resident->chunks()) {
+        const std::int64_t side = kChunkCells * chunk->step;
+        const ImVec2 low = at(lattice.x(chunk->corner.x), lattice.y(chunk->corner.y));
+        const ImVec2 high =
+            at(lattice.x(chunk->corner.x + side), lattice.y(chunk->corner.y + side));
+        const float share = static_cast<float>(chunk->key.level) / finest;
+        list->AddRect(ImVec2(low.x, high.y), ImVec2(high.x, low.y),
+                      colour_of({0.2f + 0.8f * share, 0.45f, 1.0f - 0.8f * share}, 0.8f));
     }
     for (std::size_t i = 1; i < facts.path.size(); ++i) {
         const WorldPos &from = facts.path[i - 1], &to = facts.path[i];
         list->AddLine(at(from.x(), from.y()), at(to.x(), to.y()), IM_COL32(255, 220, 80, 255));
     }
-    if (facts.world != nullptr) {
-        for (const BodyState& state : facts.world->states()) {
-            if (state.condition == BodyCondition::removed) continue;
-            const WorldPos& p = state.pose.translation;
-            list->AddCircleFilled(at(p.x(), p.y()), 2.0f, IM_COL32(120, 255, 120, 255), 6);
-        }
+    for (const BodyState& state : facts.world->states()) {
+        if (state.condition == BodyCondition::removed) continue;
+        const WorldPos& p = state.pose.translation;
+        list->AddCircleFilled(at(p.x(), p.y()), 2.0f, IM_COL32(120, 255, 120, 255), 6);
     }
     const Eigen::Vector3d& forward = facts.view.forward;
     const double reach = 0.12 * map_side_;

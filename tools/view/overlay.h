@@ -45,13 +45,13 @@ struct ViewDials {
 
 /// What the overlay shows of a frame.
 struct ViewFacts {
-    const FrameRecord* frame = nullptr;
+    const FrameRecord* frame = nullptr;  ///< all pointers are not null
     double draw_ms = 0.0;          ///< from the first command until the window has the picture
     double wait_ms = 0.0;          ///< for the display
     std::size_t memory_bytes = 0;  ///< the pager's ceiling
     View view;
     double altitude = 0.0;  ///< above the ground, metres; NaN if unknown
-    double speed_factor = 1.0;
+
     std::string lonlat = {};               ///< of the eye; "" if unknown
     std::vector<std::string> picked = {};  ///< lines about what was clicked
     std::string note = {};                 ///< the last message
@@ -92,7 +92,7 @@ private:
     void end_panel();
     void draw_help();
     void draw_panel(const ViewFacts& facts, ViewDials& dials);
-    void draw_dials(const ViewFacts& facts, ViewDials& dials);
+    void draw_dials(ViewDials& dials);
     void draw_notes(const ViewFacts& facts);
     void draw_timeline(Timeline& timeline);
     void draw_map(const ViewFacts& facts);

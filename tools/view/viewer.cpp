@@ -29,7 +29,7 @@ constexpr double kStartAltitude = 30.0;     // metres above the ground
 constexpr double kStartElevation = -8.0;    // degrees
 constexpr double kContentDistance = 120.0;  // metres from what a scene has
 constexpr double kEyeRadius = 0.5;  // metres, of the ball that keeps the eye out of the ground
-constexpr double kFilmRate = 30.0;  // frames a second
+
 constexpr std::size_t kHistoryBytes = std::size_t{128} << 20;  // of the simulation's past
 
 double median(std::vector<double> values) {
@@ -452,7 +452,7 @@ Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
     facts.memory_bytes = options_.memory_bytes();
     facts.view = view;
     facts.altitude = altitude(view.eye_world).value_or(std::numeric_limits<double>::quiet_NaN());
-    facts.speed_factor = camera_.speed_factor();
+
     facts.lonlat = lonlat_text(view.eye_world);
     facts.picked = picked_;
     if (clock_ < note_until_) facts.note = note_;

@@ -90,6 +90,7 @@ public:
 
 private:
     using Clock = std::chrono::steady_clock;
+    static constexpr double kFilmRate = 30.0;  // frames a second
     /// What is at a point of the picture.
     struct Pick {
         WorldPos point_world = WorldPos::Zero();

@@ -164,6 +164,8 @@ void Viewer::steer(const WindowInput& input, double dt) {
         camera_.move(
             controls, dt, altitude(camera_.pose().eye_world),
             [this](const WorldPos& from, const WorldPos& to) { return stopped(from, to); });
+        if (controls.wheel != 0.0 && !camera_.is_orbiting())
+            say(fmt::format("speed x{:.2g}", camera_.speed_factor()));
         return;
     }
     if (!timeline_.is_playing() && !controls.move.isZero()) say("paused: Space plays");
@@ -266,7 +268,6 @@ void Viewer::toggle_film() {
         end_film();
         return;
     }
-    constexpr double kFilmRate = 30.0;
     const std::string name = free_name("mp4");
     if (picture_.width_px % 2 != 0 || picture_.height_px % 2 != 0) {
         say("a film needs a window of even width and height");
