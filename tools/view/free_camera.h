@@ -53,8 +53,6 @@ public:
               const Stopper& stop);
 
     CameraPose pose() const;
-    double azimuth() const { return azimuth_; }      ///< radians clockwise from world y
-    double elevation() const { return elevation_; }  ///< radians above the horizon
     double speed_factor() const { return speed_factor_; }
 
     /// Duration of a flight to a point, seconds.

@@ -93,8 +93,9 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
                                                       const Terrain& terrain,
                                                       std::unique_ptr<GroundBrush> brush,
                                                       ViewerSettings settings) {
-    TERRANE_TRY(Window window, Window::create("terrane: " + terrain.name, options.size.width_px,
-                                              options.size.height_px, settings.waits_for_display));
+    TERRANE_TRY(Window window,
+                Window::create("terrane: loading " + terrain.name, options.size.width_px,
+                               options.size.height_px, settings.waits_for_display));
     TERRANE_TRY(GlContext context, GlContext::adopt_current());
     TERRANE_TRY(const RendererSettings of_renderer,
                 picture_settings(options, terrain, context.is_software()));
@@ -157,6 +158,7 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
     if (!viewer.settings_.shows_help) viewer.overlay_->help = Overlay::Help::none;
     viewer.overlay_->shows_panel = viewer.settings_.shows_help;
     TERRANE_TRY(viewer.begin());
+    viewer.window_.set_title("terrane: " + terrain.name);
     return made;
 }
 
