@@ -11,6 +11,7 @@
 #include "view/timeline.h"
 
 #include <terrane/terrain/fractal_heights.h>
+#include <terrane/terrain/function_heights.h>
 
 #include <gtest/gtest.h>
 
@@ -448,6 +449,28 @@ TEST_F(LiveWorldTest, EveryStateOfThePastHasTheBitsOfTheRun) {
     ASSERT_TRUE(history.seek(100, live_, ground_of));
     EXPECT_EQ(live_.world().state_hash(), hashes[100]);
     expect_nobody_fell();
+}
+
+TEST_F(LiveWorldTest, BodiesThatChangedGroundCoversArePlacedAndHaveNotFallen) {
+    const double height = terrain_.source->height(0.0, 0.0);
+    for (const bool is_told : {true, false}) {
+        LiveWorld live = LiveWorld::create(terrain_).value();
+        ASSERT_TRUE(live.throw_crate({0.0, 0.0, height + 3.0}, Eigen::Vector3d::Zero()));
+        for (int i = 0; i < 30; ++i) {
+            pager_.update({}, live.needs(), time_ += LiveWorld::kStep);
+            ASSERT_TRUE(live.step(pager_.ground()));
+        }
+        // the ground now lies above the crate
+        const auto plain =
+            heights_from_function([height](double, double) { return height + 4.0; },
+                                  {.extent = {-100.0, -100.0, 100.0, 100.0}, .slope = 0.0});
+        Pager filled = Pager::create(plain.value(), {.worker_count = 0}).value();
+        filled.update({}, live.needs(), 0.0);
+        if (is_told) live.change_ground({{-9.0, -9.0, -1e3}, {9.0, 9.0, 1e3}});
+        ASSERT_TRUE(live.step(filled.ground()));
+        EXPECT_EQ(live.last().placed_deep, is_told ? 1u : 0u);
+        EXPECT_EQ(live.totals().fell_through, is_told ? 0u : 1u);
+    }
 }
 
 TEST_F(LiveWorldTest, ThePastIsForgottenFromItsBeginningWhereMemoryEnds) {

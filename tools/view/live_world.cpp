@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace terrane::tools {
@@ -150,7 +151,8 @@ LiveState LiveWorld::save() const {
             .body = body_,
             .walked = walked_,
             .camera = camera_,
-            .thrown = thrown_};
+            .thrown = thrown_,
+            .ground_changes = ground_changes_};
 }
 
 Result<void> LiveWorld::restore(const LiveState& state) {
@@ -164,6 +166,11 @@ Result<void> LiveWorld::restore(const LiveState& state) {
     walked_ = state.walked;
     camera_ = state.camera;
     thrown_ = state.thrown;
+    constexpr double kEverywhere = std::numeric_limits<double>::infinity();
+    if (state.ground_changes != ground_changes_) {
+        place_anew(
+            {Eigen::Vector3d::Constant(-kEverywhere), Eigen::Vector3d::Constant(kEverywhere)});
+    }
     return {};
 }
 
@@ -249,6 +256,28 @@ Result<void> LiveWorld::step(const Ground& ground) {
 Eigen::Vector3d LiveWorld::velocity() const {
     return body_.is_valid() ? world_.state(body_).velocity
                             : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
+void LiveWorld::place_anew(const Aabb& box_world) {
+    for (std::size_t i = 0; i < world_.states().size(); ++i) {
+        const BodyId id = world_.id(i);
+        if (!id.is_valid() || world_.settings(id).type != BodyType::dynamic_body) continue;
+        const BodyState state = world_.state(id);
+        const Eigen::Vector3d reach =
+            Eigen::Vector3d::Constant(bounding_radius(world_.settings(id).shape));
+        const WorldPos& p = state.pose.translation;
+        const bool is_apart = ((p + reach).array() < box_world.low.array()).any() ||
+                              ((p - reach).array() > box_world.high.array()).any();
+        // the id and the state are valid: the call cannot fail
+        if (!is_apart) (void)world_.teleport(id, state);
+    }
+}
+
+void LiveWorld::change_ground(const Aabb& box_world) {
+    if (!(box_world.low.x() <= box_world.high.x())) return;
+    ++ground_changes_;
+    world_.wake(box_world);
+    place_anew(box_world);
 }
 
 Pose LiveWorld::pose() const {

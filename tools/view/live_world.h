@@ -49,6 +49,7 @@ struct LiveState {
     double walked = 0.0;  ///< metres on the walker's feet
     std::optional<ChaseCamera> camera = {};
     std::vector<BodyId> thrown = {};
+    std::uint64_t ground_changes = 0;  ///< before this state
 };
 
 /// Sums over the steps of a LiveWorld.
@@ -118,6 +119,10 @@ public:
     WorldPos grip_world() const;
     const WorldPos& hand_world() const { return input_.hand_world; }
 
+    /// The ground has changed in a box: wakes the bodies there, and takes them as placed. Bodies that the ground now
+    /// covers then come out of it, and do not count as fallen. A box with low > high has no effect.
+    void change_ground(const Aabb& box_world);
+
     /// What the user steers in the next step.
     const LiveInput& input() const { return input_; }
     void set_input(const LiveInput& input);
@@ -149,6 +154,7 @@ public:
 private:
     LiveWorld(const Terrain& terrain, World world, ObjectBodies objects);
     void enter(const Ground& ground);
+    void place_anew(const Aabb& box_world);
     void follow(const Ground& ground);
     void pull();
     WorldPos floor_at(const WorldVec2& place_world) const;
@@ -165,6 +171,7 @@ private:
     double walked_ = 0.0;  // metres on its feet
     std::optional<ChaseCamera> camera_;
     LiveInput input_;
+    std::uint64_t ground_changes_ = 0;
     StepReport last_;
     LiveTotals totals_;
 };

@@ -407,7 +407,7 @@ CommandResult<void> Viewer::make_frame(double dt) {
     const double advanced = timeline_.advance(dt);
     if (brush_ != nullptr) {
         const Aabb changed = brush_->update(maker_.pager());
-        live_.world().wake(changed);
+        live_.change_ground(changed);
         if (changed.low.x() <= changed.high.x()) is_live_changed_ = true;
     }
     TERRANE_TRY(play());
