@@ -405,11 +405,9 @@ CommandResult<void> Viewer::make_frame(double dt) {
     clock_ += dt;
     TERRANE_TRY(follow_timeline());
     const double advanced = timeline_.advance(dt);
-    if (brush_ != nullptr) {
-        const Aabb changed = brush_->update(maker_.pager());
-        live_.change_ground(changed);
-        if (changed.low.x() <= changed.high.x()) is_live_changed_ = true;
-    }
+    // in force from the pager's update in make() on
+    const std::optional<Aabb> changed =
+        brush_ != nullptr ? std::optional(brush_->update(maker_.pager())) : std::nullopt;
     TERRANE_TRY(play());
     TERRANE_TRY(simulate(advanced));
     if (!has_playback()) {
@@ -427,6 +425,10 @@ CommandResult<void> Viewer::make_frame(double dt) {
     const CameraNeed camera{.view = view, .velocity = velocity};
     MadeFrame frame =
         maker_.make(camera, needs(), clock_, has_playback() ? timeline_.time() : clock_);
+    if (changed && changed->low.x() <= changed->high.x()) {
+        live_.change_ground(*changed);
+        is_live_changed_ = true;
+    }
     mesh_ = frame.mesh;
     renderer_.set_ground_marks(
         ground_marks(dials_.colours, mesh_, view, dials_.max_error_px, dials_.morph_ratio));
