@@ -239,7 +239,7 @@ INSTANTIATE_TEST_SUITE_P(Runs, ReplayOf,
                          testing::Values(Kind::drive_among_crates, Kind::walk_among_crates,
                                          Kind::drive_among_boulders, Kind::drop));
 
-// A record whose actions are not those of its states.
+// The recorded steps let a ball fall, but the recorded states keep it in the air.
 TEST(Replay, NamesTheStepsAfterWhichItDiffersFromTheRun) {
     const Terrain terrain = make_terrain(Kind::drop);
     const std::string path = (std::filesystem::temp_directory_path() /

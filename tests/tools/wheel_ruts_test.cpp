@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "scene/wheel_ruts.h"
 
+#include "scene/ground_editor.h"
+
 #include <terrane/collision/world.h>
 #include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 namespace terrane::tools {
 namespace wheel_ruts_test {
@@ -73,6 +77,44 @@ TEST(WheelRuts, AreWhereTheWheelsRolledAndAreDug15CmDeep) {
     }
     EXPECT_GT(sunk, rolled.size() * 8 / 10);
     EXPECT_GT(deep, rolled.size() * 8 / 10);
+}
+
+TEST(GroundEditor, DigsFillsAndUndoesInTheBoxesThatItTells) {
+    FractalSettings gentle{.seed = 9, .amplitude = 4.0};
+    gentle.finest_spacing_log2 = -1;
+    Terrain terrain;
+    terrain.source = FractalHeights::create(gentle).value();
+    terrain.name = "seed 9";
+    const std::shared_ptr<const HeightSource> undisturbed = terrain.source;
+    const auto editor = GroundEditor::create(terrain, 0).value();
+    EXPECT_EQ(editor->least_radius(), 1.0);
+    EXPECT_FALSE(editor->undo());
+    Pager pager = Pager::create(terrain.source, {.worker_count = 0}).value();
+    const RequiredRegion region = pager.require(kAround, 0.0);
+    double time = 0.0;
+    const auto height_after = [&](bool changes) {
+        const Aabb box = editor->update(pager);
+        const WorldPos middle(3.0, 4.0, undisturbed->height(3.0, 4.0));
+        const bool has_middle =
+            (box.low.array() <= middle.array()).all() && (box.high.array() >= middle.array()).all();
+        EXPECT_EQ(has_middle, changes);
+        pager.update({}, {}, time += kStep);
+        return pager.ground().height(3.0, 4.0).height;
+    };
+    const double before = height_after(false);
+    const WorldPos at(3.0, 4.0, before);
+    ASSERT_TRUE(editor->dig(at, 2.0));
+    EXPECT_NEAR(height_after(true), before - 2.0, 0.3);
+    EXPECT_NEAR(height_after(false), before - 2.0, 0.3);
+    ASSERT_TRUE(editor->fill(at, 3.0));
+    EXPECT_NEAR(height_after(true), before + 3.0, 0.3);
+    ASSERT_TRUE(editor->undo());
+    EXPECT_NEAR(height_after(true), before - 2.0, 0.3);
+    ASSERT_TRUE(editor->undo());
+    EXPECT_EQ(height_after(true), before);
+    ASSERT_TRUE(editor->dig(at - WorldPos(5.0, 0.0, 0.0), at + WorldPos(5.0, 0.0, 0.0), 1.5));
+    EXPECT_NEAR(height_after(true), before - 1.5, 0.3);
+    EXPECT_FALSE(editor->dig(at, std::nan("")));
 }
 
 }  // namespace wheel_ruts_test

@@ -155,7 +155,7 @@ nlohmann::ordered_json summarize(const FlyOptions& options, const Terrain& terra
 
 // ---- Replays ----
 
-// Columns of frames.csv for the replay of a run with bodies: those of the run.
+// The columns that drive, walk or drop added to its frames.csv; a replay adds the same.
 std::vector<std::string> columns_of(RunKind kind) {
     if (kind == RunKind::drop) return drop_columns();
     std::vector<std::string> names = journey_columns();

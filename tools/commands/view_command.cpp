@@ -4,7 +4,7 @@
 #include "program/command.h"
 #include "program/options.h"
 #include "program/summary.h"
-#include "scene/ground_brush.h"
+#include "scene/ground_editor.h"
 #include "view/viewer.h"
 
 #include <CLI/CLI.hpp>
@@ -48,7 +48,7 @@ std::string quoted(const std::string& word) {
     return text + "'";
 }
 
-// The flags that were given, except those of the camera's place, of the window's size and of files.
+// The command line of this view without the camera's place, the window's size, and the files that it writes.
 std::string given_flags(const CLI::App& command) {
     const std::set<std::string> left_out{"--eye-m",         "--aim-deg", "--size", "--state-log",
                                          "--close-after-s", "--json",    "--out",  "--help"};
@@ -105,11 +105,11 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
     TERRANE_TRY(Terrain terrain, open_terrain(wanted));
     if (settings.record) TERRANE_TRY(settings.record->check_terrain(terrain));
     TERRANE_TRY(check_limits(options, terrain));
-    std::unique_ptr<GroundBrush> brush;
+    std::unique_ptr<GroundEditor> brush;
     settings.why_no_brush = settings.record ? "a record has no digs" : "--no-dig was given";
     // a record is of ground without digs
     if (!options.no_dig && !settings.record) {
-        CommandResult<std::unique_ptr<GroundBrush>> made = GroundBrush::create(terrain);
+        CommandResult<std::unique_ptr<GroundEditor>> made = GroundEditor::create(terrain, 1);
         // a view without digging is still a view
         if (made) {
             brush = *std::move(made);
@@ -158,6 +158,7 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
     summary["overlay_ms_median"] = totals.overlay_ms_median;
     summary["steps"] = totals.bodies.steps;
     summary["fell_through"] = totals.bodies.fell_through;
+    summary["placed_deep"] = totals.bodies.placed_deep;
     summary["max_depth_m"] = totals.bodies.max_depth_m;
     summary["below_ground"] = totals.below_ground;
     summary["renderer"] = viewer->renderer_name();

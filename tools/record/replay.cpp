@@ -107,7 +107,7 @@ Result<void> Replay::enter(std::size_t block) {
     return {};
 }
 
-// Fails if the current state is not that of the run.
+// Compares the hash of the current state with the recorded one. Fails with bad_data, naming the step, if they differ.
 Result<void> Replay::check_start(std::size_t block) const {
     if (hash_of_state(world_, camera_state(), gait_) == record_.state_hash(block)) return {};
     return fail(ErrorCode::bad_data,

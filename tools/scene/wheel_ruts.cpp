@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "scene/wheel_ruts.h"
 
-#include <terrane/volume/volume_editor.h>
+#include "scene/ground_editor.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
-#include <deque>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -21,22 +19,14 @@ constexpr double kStep = 0.5;         // metres of a wheel's path between digs
 constexpr double kLeastSpeed = 0.3;   // m/s
 constexpr double kLongestStep = 2.0;  // metres; a longer step means an airborne or teleported wheel
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-const Aabb kEmptyBox{Eigen::Vector3d::Constant(kInfinity), Eigen::Vector3d::Constant(-kInfinity)};
-
 }  // namespace
 
 struct WheelRuts::State {
     std::shared_ptr<const HeightSource> undisturbed;
-    VolumeEditor editor;
+    std::unique_ptr<GroundEditor> editor;
     /// For each wheel on the ground: where its last dig was or, before that, where it touched the ground; else absent.
     std::vector<std::optional<Eigen::Vector2d>> places = {};
     std::uint64_t digs = 0;
-    struct Waiting {
-        std::uint32_t change;
-        Aabb box;
-    };
-    std::deque<Waiting> waiting = {};  // digs not applied yet, by ascending change
 
     WorldPos groove(const Eigen::Vector2d& p) const {
         return {p.x(), p.y(), undisturbed->height(p.x(), p.y()) - kDepth + kRadius};
@@ -61,10 +51,7 @@ CommandResult<std::unique_ptr<WheelRuts>> WheelRuts::create(Terrain& terrain, in
             kMostRutSpacing, spacing));
     }
     const std::shared_ptr<const HeightSource> undisturbed = heightfield_of(terrain);
-    TERRANE_TRY(const auto diggable, make_diggable(undisturbed, terrain.volumes.get()));
-    TERRANE_TRY(VolumeEditor editor,
-                VolumeEditor::create(diggable, {.worker_count = worker_count}));
-    terrain.source = diggable;
+    TERRANE_TRY(auto editor, GroundEditor::create(terrain, worker_count));
     return std::unique_ptr<WheelRuts>(
         new WheelRuts(std::make_unique<State>(State{undisturbed, std::move(editor)})));
 }
@@ -96,32 +83,12 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
         const bool is_on_heightfield = std::abs(below) < 2.0 * kDepth;
         if (travelled > kLongestStep || !is_on_heightfield || state.is_rutted(next, ground))
             continue;
-        Pose pose;
-        pose.translation = state.groove(from);
-        const VolumeTube groove{{WorldPos::Zero(), state.groove(next) - pose.translation}, kRadius};
         // digging fails only at the world's border, where there is nothing to dig
-        const Result<std::uint32_t> change = state.editor.dig(groove, pose);
-        if (!change) continue;
-        ++state.digs;
-        Aabb box = kEmptyBox;
-        for (const WorldPos& centre : {pose.translation, state.groove(next)}) {
-            box.low = box.low.cwiseMin((centre.array() - kRadius).matrix());
-            box.high = box.high.cwiseMax((centre.array() + kRadius).matrix());
-        }
-        state.waiting.push_back({*change, box});
+        if (state.editor->dig(state.groove(from), state.groove(next), kRadius)) ++state.digs;
     }
 }
 
-Aabb WheelRuts::update(Pager& pager) {
-    const std::uint32_t in_force = state_->editor.update(pager);
-    Aabb changed = kEmptyBox;
-    std::deque<State::Waiting>& waiting = state_->waiting;
-    for (; !waiting.empty() && waiting.front().change <= in_force; waiting.pop_front()) {
-        changed.low = changed.low.cwiseMin(waiting.front().box.low);
-        changed.high = changed.high.cwiseMax(waiting.front().box.high);
-    }
-    return changed;
-}
+Aabb WheelRuts::update(Pager& pager) { return state_->editor->update(pager); }
 
 std::uint64_t WheelRuts::digs() const { return state_->digs; }
 

@@ -18,7 +18,7 @@ inline constexpr double kMostRutSpacing = 0.5;
 inline constexpr double kRutSpacing = 0.25;
 
 /// The ruts that a vehicle's wheels leave in the heightfield: grooves of constant depth below the undisturbed ground,
-/// dug by a VolumeEditor. Wheels leave no ruts on the floors of caves or on bodies.
+/// dug by a GroundEditor. Wheels leave no ruts on the floors of caves or on bodies.
 class WheelRuts {
 public:
     /// Makes the terrain's source diggable: call before a pager is created.

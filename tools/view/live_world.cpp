@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "view/live_world.h"
 
+#include "scene/body_forms.h"
+
 #include <terrane/collision/ground_queries.h>
 
 #include <algorithm>
@@ -21,7 +23,7 @@ constexpr double kMostPull = 400.0;        // N
 constexpr double kWalkerClearance = 0.02;  // metres above the ground at the start
 constexpr double kTruckHalfLength = 2.3;   // metres; the camera's defaults fit it
 
-const CharacterSettings kWalker;
+const CharacterSettings kWalker;  // the defaults
 
 Eigen::Vector2d unit_or(const Eigen::Vector2d& v, const Eigen::Vector2d& otherwise) {
     return v.norm() > 1e-6 ? Eigen::Vector2d(v.normalized()) : otherwise;
@@ -242,6 +244,7 @@ Result<void> LiveWorld::step(const Ground& ground) {
     last_ = world_.step(ground, kStep);
     ++totals_.steps;
     totals_.fell_through += last_.too_deep;
+    totals_.placed_deep += last_.placed_deep;
     totals_.max_depth_m = std::max(totals_.max_depth_m, last_.max_depth_m);
     if (const CharacterState* walker = world_.character(body_); walker != nullptr) {
         if (walker->stands) walked_ += kStep * walker->body.velocity.head<2>().norm();
@@ -284,12 +287,9 @@ Pose LiveWorld::pose() const {
     Pose pose;
     if (!body_.is_valid()) return pose;
     pose = world_.state(body_).pose;
-    if (being_ == Being::walker) {
-        pose.rotation << input_.heading.x(), -input_.heading.y(), 0.0,  //
-            input_.heading.y(), input_.heading.x(), 0.0,                //
-            0.0, 0.0, 1.0;
-    }
-    return pose;
+    return being_ == Being::walker
+               ? CharacterGait{.heading = input_.heading}.world_from_capsule(pose.translation)
+               : pose;
 }
 
 View LiveWorld::view(const View& picture) const {

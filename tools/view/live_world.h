@@ -31,7 +31,7 @@ struct LiveEntry {
 struct LiveInput {
     VehicleControls vehicle = {};
     CharacterControls walker = {};
-    WorldVec2 heading = WorldVec2(0.0, 1.0);  ///< of the walker
+    WorldVec2 heading = WorldVec2(0.0, 1.0);  ///< of the walker, unit
     double bearing = 0.0;                     ///< of the camera, radians clockwise from behind
     BodyId grabbed = {};
     Eigen::Vector3d grip_body = Eigen::Vector3d::Zero();  ///< in the frame of the grabbed body
@@ -56,11 +56,12 @@ struct LiveState {
 struct LiveTotals {
     std::uint64_t steps = 0;
     std::uint64_t fell_through =
-        0;                     ///< body steps that ended deeper in the ground than the tolerance
-    double max_depth_m = 0.0;  ///< of any body
+        0;  ///< body steps that ended deeper in the ground than the tolerance
+    std::uint64_t placed_deep = 0;  ///< bodies that changed ground covered
+    double max_depth_m = 0.0;       ///< of any body
 };
 
-/// The bodies of a view: those of the scene, crates that the user throws, and the vehicle or character that the user
+/// A world with the bodies of a scene, the crates that the user throws, and the vehicle or character that the user
 /// steers.
 class LiveWorld {
 public:

@@ -21,7 +21,7 @@ Colour warmth(double share) {
     return {part(0.75, s), part(0.5, s), part(0.25, s)};
 }
 
-// Some colour of a chunk, different from those of its neighbours.
+// A colour from the hash of a chunk's key.
 Colour colour_of(const ChunkKey& key) {
     const std::size_t hash = ChunkKeyHash()(key);
     const auto part = [hash](int shift) {

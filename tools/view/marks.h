@@ -74,6 +74,7 @@ struct BodyMarks {
     bool contacts = false;  ///< points with normals, and impulses
     bool bounds = false;    ///< boxes in the axes of the bodies, grey for sleeping ones
     bool needs = false;     ///< the ground that bodies need
+    bool operator==(const BodyMarks&) const = default;
 };
 
 /// Lines for the bodies of a world.

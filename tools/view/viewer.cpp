@@ -70,7 +70,7 @@ std::array<double, 2> degrees_of(const Eigen::Vector3d& direction) {
 }  // namespace
 
 Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
-               std::unique_ptr<GroundBrush> brush, ViewerSettings settings, Window window,
+               std::unique_ptr<GroundEditor> brush, ViewerSettings settings, Window window,
                GlContext context, TerrainRenderer renderer, FrameMaker maker, LiveWorld live)
     : options_(options),
       terrain_(terrain),
@@ -91,7 +91,7 @@ Viewer::~Viewer() {
 
 CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& options,
                                                       const Terrain& terrain,
-                                                      std::unique_ptr<GroundBrush> brush,
+                                                      std::unique_ptr<GroundEditor> brush,
                                                       ViewerSettings settings) {
     TERRANE_TRY(Window window,
                 Window::create("terrane: loading " + terrain.name, options.size.width_px,
@@ -446,7 +446,8 @@ CommandResult<void> Viewer::make_frame(double dt) {
 Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
     std::vector<PictureLine> lines;
     const LineProjector projector(view);
-    add_body_marks(shown_world(), needs(), dials_.bodies, projector, lines);
+    if (dials_.bodies != BodyMarks())
+        add_body_marks(shown_world(), needs(), dials_.bodies, projector, lines);
     if (live_.grabbed().is_valid())
         projector.add(live_.grip_world(), live_.hand_world(), {1.0f, 1.0f, 1.0f}, lines);
     ViewFacts facts;

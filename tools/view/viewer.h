@@ -9,7 +9,7 @@
 #include "query/object_picker.h"
 #include "record/replay.h"
 #include "record/run_bodies.h"
-#include "scene/ground_brush.h"
+#include "scene/ground_editor.h"
 #include "view/free_camera.h"
 #include "view/live_history.h"
 #include "view/live_world.h"
@@ -78,7 +78,7 @@ public:
     /// @param brush   null: no digging
     static CommandResult<std::unique_ptr<Viewer>> create(const FlightOptions& options,
                                                          const Terrain& terrain,
-                                                         std::unique_ptr<GroundBrush> brush,
+                                                         std::unique_ptr<GroundEditor> brush,
                                                          ViewerSettings settings);
     ~Viewer();
 
@@ -98,9 +98,9 @@ private:
         std::vector<std::string> lines;
     };
 
-    Viewer(const FlightOptions& options, const Terrain& terrain, std::unique_ptr<GroundBrush> brush,
-           ViewerSettings settings, Window window, GlContext context, TerrainRenderer renderer,
-           FrameMaker maker, LiveWorld live);
+    Viewer(const FlightOptions& options, const Terrain& terrain,
+           std::unique_ptr<GroundEditor> brush, ViewerSettings settings, Window window,
+           GlContext context, TerrainRenderer renderer, FrameMaker maker, LiveWorld live);
 
     // viewer.cpp
     CommandResult<void> open_playback();
@@ -145,7 +145,7 @@ private:
 
     FlightOptions options_;
     const Terrain& terrain_;
-    std::unique_ptr<GroundBrush> brush_;
+    std::unique_ptr<GroundEditor> brush_;
     ViewerSettings settings_;
     Window window_;  // whose context the renderer draws in
     GlContext context_;

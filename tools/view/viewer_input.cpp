@@ -228,7 +228,10 @@ void Viewer::dig(bool fills) {
         return;
     }
     const std::optional<Pick> at = pick(input_.x, input_.y);
-    if (!at || at->body.is_valid()) return;
+    if (!at || at->body.is_valid()) {
+        say("no ground at the cursor");
+        return;
+    }
     const double radius = std::max(dials_.brush_radius, brush_->least_radius());
     // the eye would be in the hole
     if (radius > kBrushShare * (at->point_world - view_now().eye_world).norm()) {

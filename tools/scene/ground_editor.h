@@ -11,23 +11,29 @@
 
 namespace terrane::tools {
 
-/// A round brush that digs and fills while frames are made, by a VolumeEditor.
-class GroundBrush {
+/// Digs and fills the ground while frames are made, by a VolumeEditor, and tells where the ground has changed.
+class GroundEditor {
 public:
     /// Makes the terrain's source diggable: call before a pager is created.
     ///
+    /// @param worker_count of the VolumeEditor: 0 or 1
+    ///
     /// Fails: as make_diggable() and VolumeEditor::create(); exit_failed if the program was built without
     ///        terrane::volume
-    static CommandResult<std::unique_ptr<GroundBrush>> create(Terrain& terrain);
-    ~GroundBrush();
+    static CommandResult<std::unique_ptr<GroundEditor>> create(Terrain& terrain, int worker_count);
+    ~GroundEditor();
 
-    /// Least radius that the ground's finest spacing can show, metres.
+    /// Least radius of a ball that the ground's finest spacing can show, metres.
     double least_radius() const;
 
-    /// Removes or adds a ball of ground. Fails as VolumeEditor::dig()
+    /// Removes a ball of ground, or the ground in a tube from one point to another. Fails as VolumeEditor::dig()
+    ///
+    /// @param radius metres
     Result<void> dig(const WorldPos& centre_world, double radius);
+    Result<void> dig(const WorldPos& from_world, const WorldPos& to_world, double radius);
+    /// Adds a ball of ground. Fails as VolumeEditor::fill()
     Result<void> fill(const WorldPos& centre_world, double radius);
-    /// Undoes the last of these. Fails with invalid_argument if there is none.
+    /// Undoes the last dig or fill that has not been undone. Fails with invalid_argument if there is none.
     Result<void> undo();
 
     /// Applies completed changes. Call once a frame, before Pager::update().
@@ -40,7 +46,7 @@ public:
 
 private:
     struct State;
-    explicit GroundBrush(std::unique_ptr<State> state);
+    explicit GroundEditor(std::unique_ptr<State> state);
     std::unique_ptr<State> state_;
 };
 

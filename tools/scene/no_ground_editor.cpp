@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+//
+// Replaces ground_editor.cpp if the program is built without terrane::volume. create() fails, so that the other
+// functions are never called.
+#include "scene/ground_editor.h"
+
+namespace terrane::tools {
+
+struct GroundEditor::State {};
+
+GroundEditor::~GroundEditor() = default;
+
+CommandResult<std::unique_ptr<GroundEditor>> GroundEditor::create(Terrain&, int) {
+    return failure(
+        "digs need a program that was built with TERRANE_VOLUME, which this one was not");
+}
+
+double GroundEditor::least_radius() const { return 0.0; }
+Result<void> GroundEditor::dig(const WorldPos&, double) { return {}; }
+Result<void> GroundEditor::dig(const WorldPos&, const WorldPos&, double) { return {}; }
+Result<void> GroundEditor::fill(const WorldPos&, double) { return {}; }
+Result<void> GroundEditor::undo() { return {}; }
+Aabb GroundEditor::update(Pager&) { return {}; }
+std::size_t GroundEditor::waiting() const { return 0; }
+
+}  // namespace terrane::tools
