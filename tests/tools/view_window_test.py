@@ -292,6 +292,13 @@ def marks_and_panels_work(terrane, folder):
     view = View(terrane, folder, "--be", "driver")
     view.wait("a vehicle", lambda s: not s["waiting"])
     view.key("F1", "F2", "m", "t")
+    # Tab is not a key of the panels: it does not edit a dial, which would take the keys after it
+    for being in ["camera", "walker", "driver"]:
+        view.key("Tab")
+        view.wait(being, lambda s: s["being"] == being and not s["waiting"])
+    view.tool("keydown", "w")
+    view.wait("a drive", lambda s: s["body"]["speed"] > 1.0)
+    view.tool("keyup", "w")
     for colours in ["levels", "chunks", "error", "late", "none"]:
         view.key("g")
         view.wait(colours, lambda s: s["note"].endswith(": " + colours))

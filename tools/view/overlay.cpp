@@ -97,6 +97,7 @@ Overlay::Overlay(Window& window) : window_(window) {
     ImGui::GetStyle().ScaleAllSizes(scale);
     io.FontGlobalScale = scale;
     ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
+    io.KeyMap[ImGuiKey_Tab] = -1;  // of the view: in a panel it would edit the next dial
     ImGui_ImplOpenGL3_Init("#version 450 core");
 }
 
