@@ -416,6 +416,7 @@ CommandResult<void> Viewer::make_frame(double dt) {
             LiveWorld::kStep * static_cast<double>(history_.step_count()) + LiveWorld::kStep);
         timeline_.seek(LiveWorld::kStep * static_cast<double>(history_.step_now()) + unsimulated_);
     }
+    shown_time_ = timeline_.time();
     lift_eye();
     const View view = view_now();
     TERRANE_TRY(live_.show(*nodes_));
@@ -423,8 +424,7 @@ CommandResult<void> Viewer::make_frame(double dt) {
     const Eigen::Vector3d velocity =
         follows_path_ ? played_pose().velocity : camera_.pose().velocity;
     const CameraNeed camera{.view = view, .velocity = velocity};
-    MadeFrame frame =
-        maker_.make(camera, needs(), clock_, has_playback() ? timeline_.time() : clock_);
+    MadeFrame frame = maker_.make(camera, needs(), clock_, has_playback() ? shown_time_ : clock_);
     if (changed && changed->low.x() <= changed->high.x()) {
         live_.change_ground(*changed);
         is_live_changed_ = true;
@@ -433,7 +433,7 @@ CommandResult<void> Viewer::make_frame(double dt) {
     renderer_.set_ground_marks(
         ground_marks(dials_.colours, mesh_, view, dials_.max_error_px, dials_.morph_ratio));
     const Clock::time_point start = Clock::now();
-    TERRANE_TRY(renderer_.set_time(has_playback() ? timeline_.time() : clock_));
+    TERRANE_TRY(renderer_.set_time(has_playback() ? shown_time_ : clock_));
     TERRANE_TRY(renderer_.draw(frame.mesh, view, frame.draws));
     TERRANE_TRY(window_.draw(renderer_));
     draw_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -498,7 +498,7 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
     nlohmann::ordered_json state;
     state["frame"] = totals_.frames;
     state["clock"] = clock_;
-    state["time"] = timeline_.time();
+    state["time"] = shown_time_;
     state["playing"] = timeline_.is_playing();
     state["rate"] = timeline_.rate();
     state["being"] = kBeings[static_cast<std::size_t>(live_.being())];

@@ -176,6 +176,7 @@ private:
     ViewDials dials_, applied_;
     TerrainMesh mesh_;          // of the last frame, valid until the next
     double clock_ = 0.0;        // the pager's, seconds
+    double shown_time_ = 0.0;   // of the last frame; panels may have moved the timeline since
     double unsimulated_ = 0.0;  // seconds of playback not simulated yet, less than a step
     WindowInput input_;
     double last_click_ = -1.0;    // clock of the last left click
