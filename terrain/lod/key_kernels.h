@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 namespace terrane::internal {
@@ -87,10 +88,27 @@ inline Number vertex_key(Number flat_squared, Number low, Number high, Number in
            inverse_square_bound;
 }
 
-/// Divisor of keys outside the view: the square of a weight that decreases with the reach's distance from the view,
-/// relative to its distance from the eye.
+/// Approximation of 1 / value, value > 0, to 2^-22: Newton's iteration from a guess by exponent. It consists of products
+/// and differences, which every device rounds alike; GLSL leaves the rounding of a division open.
 template <typename Number>
-inline Number squared_weight(Number x, float y, Number low, Number high, float half_width,
+inline Number reciprocal(Number value) {
+    using Bits = std::conditional_t<std::is_same_v<Number, float>, std::int32_t,
+                                    decltype(Number{} < Number{})>;
+    static_assert(sizeof(Bits) == sizeof(Number));
+    constexpr std::int32_t kGuess = 0x7ef311c3;  // least largest error of the guess: 12 %
+    Bits bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    bits = kGuess - bits;
+    Number inverse;
+    std::memcpy(&inverse, &bits, sizeof bits);
+    for (int i = 0; i < 3; ++i) inverse *= 2.0f - value * inverse;
+    return inverse;
+}
+
+/// Factor on keys outside the view, 1 in the view: the inverse square of a weight that decreases with the reach's
+/// distance from the view, relative to its distance from the eye.
+template <typename Number>
+inline Number outside_factor(Number x, float y, Number low, Number high, float half_width,
                              const KeyPlanes& planes) {
     const Number far = absolute(x) + absolute(y) + max_of(absolute(low), absolute(high));
     Number outside{};
@@ -102,9 +120,9 @@ inline Number squared_weight(Number x, float y, Number low, Number high, float h
         outside = max_of(-inside, outside);
     }
     const Number reach = far + (2.0f * half_width + planes.near_distance);
-    const Number weight =
-        max_of(1.0f - kWeightSlope * outside / reach, broadcast<Number>(kLeastWeight));
-    return weight * weight;
+    const Number weighted = max_of(reach - kWeightSlope * outside, kLeastWeight * reach);
+    const Number inverse = reach * reciprocal(weighted);
+    return outside > 0.0f ? inverse * inverse : broadcast<Number>(1.0f);
 }
 
 }  // namespace

@@ -58,8 +58,8 @@ void weigh(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& pla
         const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
         const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
         store(keys + kSide * row,
-              load<Row>(keys + kSide * row) /
-                  squared_weight(x, group.y[row], low, high, group.half_width, planes));
+              load<Row>(keys + kSide * row) *
+                  outside_factor(x, group.y[row], low, high, group.half_width, planes));
     }
 }
 

@@ -77,14 +77,17 @@ constexpr Line filled(float key) {
     for (float& value : line) value = key;
     return line;
 }
-// Keys of absent parents, which exclude the children, and of parents beyond the world's border, which do not.
+// Keys of absent parents, which exclude the children, of parents that are not below the floor, and of parents beyond the
+// world's border, which exclude nothing.
 constexpr Line kAbsent = filled(OpenChunk::kNever);
+constexpr Line kAboveFloor = filled(OpenChunk::kAboveFloor);
 constexpr Line kNothing = filled(0.0f);
 
 const float* adjacent_keys(const OpenChunk& chunk, int area, Side side, AreaVertices::Kind kind) {
     const AreaRef adjacent = adjacent_area(chunk, area, side);
+    if (adjacent.chunk == nullptr) return kAbsent.data();
     return adjacent.is_open() ? adjacent.chunk->keys_of(adjacent.area)[kind].data()
-                              : kAbsent.data();
+                              : kAboveFloor.data();
 }
 
 }  // namespace
@@ -133,7 +136,7 @@ void CentreParents::find(const OpenChunk& chunk, int area) {
     const int above = (shift_y + row / 2) * kChunkAreas + shift_x + column / 2;
     sides_.column = column % 2 * (kAreaSquares / 2);
     sides_.row = row % 2 * (kAreaSquares / 2);
-    sides_.along_x = sides_.along_y = kAbsent.data();
+    sides_.along_x = sides_.along_y = kAboveFloor.data();
     if (parent.is_open(above)) {
         sides_.along_x = parent.keys_of(above)[AreaVertices::along_x].data();
         sides_.along_y = parent.keys_of(above)[AreaVertices::along_y].data();

@@ -39,6 +39,8 @@ struct OpenChunk {
     static constexpr std::size_t kCoarseSide = kChunkSquares + 1;
     /// Key of a vertex that cannot be active.
     static constexpr float kNever = std::numeric_limits<float>::infinity();
+    /// Key of vertices that are certainly not below the floor. Not kNever, which marks absent parents.
+    static constexpr float kAboveFloor = std::numeric_limits<float>::max();
     using Keys = AreaVertices::PerVertex<float>;
     struct alignas(64) AreaKeys {
         Keys of;
@@ -225,11 +227,12 @@ private:
 };
 
 /// Keys of the centres of the area to the south or west, which are parents of midpoints: [AreaVertices::kSquares]. All
-/// are kNever if that area is not open, and 0 beyond the world's border, where midpoints have only one parent.
+/// are kNever if no chunk is open there, kAboveFloor if only the area is not open, and 0 beyond the world's border, where
+/// midpoints have only one parent.
 const float* adjacent_centres(const OpenChunk& chunk, int area, Side side);
 
 /// Keys of the parents of an area's centres, which are midpoints of the parent chunk, or coarser vertices of the root
-/// itself. Keys in areas that are not open are kNever. Not movable, because sides() may point into the object.
+/// itself. Keys are kAboveFloor in areas that are not open. Not movable, because sides() may point into the object.
 class CentreParents {
 public:
     CentreParents(const OpenChunk& chunk, int area);

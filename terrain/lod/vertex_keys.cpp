@@ -14,8 +14,6 @@ namespace {
 
 constexpr int kSide = kChunkSquares;  // last column and row
 constexpr int kCoarsest = kSide / 2;  // stride of the root square's own centre
-// Key of vertices that are certainly not below the floor. Not kNever, which marks absent parents.
-constexpr float kLargestKey = std::numeric_limits<float>::max();
 
 std::size_t coarse_index(int column, int row) {
     return static_cast<std::size_t>(row) * OpenChunk::kCoarseSide +
@@ -122,7 +120,8 @@ void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
         screen.fill_axes(*root->chunk, root->axes);
         root->eye_heights = screen.eye_heights(*root->chunk);
         root->planes = screen.planes_across(screen.box_of(*root->chunk));
-        root->coarse_keys.assign(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide, kLargestKey);
+        root->coarse_keys.assign(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide,
+                                 OpenChunk::kAboveFloor);
         for (const std::size_t corner : {coarse_index(0, 0), coarse_index(kSide, 0),
                                          coarse_index(0, kSide), coarse_index(kSide, kSide)}) {
             root->coarse_keys[corner] = OpenChunk::kNever;
@@ -273,7 +272,7 @@ float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low
     const float flat = gap_squared(x, half_width) + gap_squared(y, half_width);
     const float key =
         vertex_key(flat, low, high, inverse_square_bound, chunk.eye_heights.near_squared);
-    return key / squared_weight(x, y, low, high, half_width, chunk.planes);
+    return key * outside_factor(x, y, low, high, half_width, chunk.planes);
 }
 
 float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
