@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <initializer_list>
 #include <vector>
 
 namespace terrane::internal {
@@ -22,10 +23,11 @@ std::string first_lines(GLuint object, GetParameter get, GetLog get_log) {
     return log;
 }
 
-Result<GlShader> compile(const std::string& name, GLenum stage, std::string_view body) {
+Result<GlShader> compile(const std::string& name, GLenum stage, std::string_view head,
+                         std::string_view body) {
     GlShader shader(glCreateShader(stage));
-    const std::array<const GLchar*, 2> texts{light_glsl.data(), body.data()};
-    const std::array<GLint, 2> lengths{static_cast<GLint>(light_glsl.size()),
+    const std::array<const GLchar*, 2> texts{head.data(), body.data()};
+    const std::array<GLint, 2> lengths{static_cast<GLint>(head.size()),
                                        static_cast<GLint>(body.size())};
     glShaderSource(shader.name(), 2, texts.data(), lengths.data());
     glCompileShader(shader.name());
@@ -64,14 +66,11 @@ std::string light_text(const LightFeatures& features) {
     return text;
 }
 
-Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
-                               std::string_view fragment) {
-    TERRANE_TRY(GlShader vertex_shader, compile(name, GL_VERTEX_SHADER, vertex));
-    TERRANE_TRY(GlShader fragment_shader, compile(name, GL_FRAGMENT_SHADER, fragment));
+namespace {
 
+Result<GlProgram> link(const std::string& name, std::initializer_list<GLuint> shaders) {
     GlProgram program(glCreateProgram());
-    glAttachShader(program.name(), vertex_shader.name());
-    glAttachShader(program.name(), fragment_shader.name());
+    for (const GLuint shader : shaders) glAttachShader(program.name(), shader);
     glLinkProgram(program.name());
     GLint is_good = 0;
     glGetProgramiv(program.name(), GL_LINK_STATUS, &is_good);
@@ -86,6 +85,20 @@ Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
                     }));
     }
     return program;
+}
+
+}  // namespace
+
+Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
+                               std::string_view fragment) {
+    TERRANE_TRY(GlShader vertex_shader, compile(name, GL_VERTEX_SHADER, light_glsl, vertex));
+    TERRANE_TRY(GlShader fragment_shader, compile(name, GL_FRAGMENT_SHADER, light_glsl, fragment));
+    return link(name, {vertex_shader.name(), fragment_shader.name()});
+}
+
+Result<GlProgram> make_compute_program(const std::string& name, std::string_view text) {
+    TERRANE_TRY(GlShader shader, compile(name, GL_COMPUTE_SHADER, "", text));
+    return link(name, {shader.name()});
 }
 
 namespace {

@@ -27,6 +27,11 @@ extern const std::string_view texture_glsl, textured_frag;
 extern const std::string_view shadow_glsl, water_glsl, imagery_glsl, mesh_shadow_frag;
 extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 extern const std::string_view ground_material_glsl;
+extern const std::string_view lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_morph_glsl;
+extern const std::string_view lod_open_comp, lod_scan_comp, lod_list_comp, lod_coarse_comp;
+extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_histogram_comp;
+extern const std::string_view lod_pick_comp, lod_masks_comp, lod_coarse_morph_comp, lod_morph_comp;
+extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp, lod_emit_comp;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {
@@ -47,6 +52,11 @@ std::string light_text(const LightFeatures& features);
 /// Fails with device_unavailable; the message has the program's name and the driver's log.
 Result<GlProgram> make_program(const std::string& name, std::string_view vertex,
                                std::string_view fragment);
+
+/// Compiles and links a program of one compute shader.
+///
+/// Fails as make_program()
+Result<GlProgram> make_compute_program(const std::string& name, std::string_view text);
 
 /// A hash table with linear probing that maps squares of a quadtree to numbers. It is uploaded as a buffer texture of
 /// ivec4, which find_entry() of light.glsl reads.

@@ -77,8 +77,8 @@ constexpr Line filled(float key) {
     for (float& value : line) value = key;
     return line;
 }
-// Keys of absent parents, which exclude the children, of parents that are not below the floor, and of parents beyond the
-// world's border, which exclude nothing.
+// Keys of absent parents, which exclude the children, of parents that are not below the floor, and of parents beyond
+// the world's border, which exclude nothing.
 constexpr Line kAbsent = filled(OpenChunk::kNever);
 constexpr Line kAboveFloor = filled(OpenChunk::kAboveFloor);
 constexpr Line kNothing = filled(0.0f);

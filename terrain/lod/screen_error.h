@@ -227,8 +227,8 @@ private:
 };
 
 /// Keys of the centres of the area to the south or west, which are parents of midpoints: [AreaVertices::kSquares]. All
-/// are kNever if no chunk is open there, kAboveFloor if only the area is not open, and 0 beyond the world's border, where
-/// midpoints have only one parent.
+/// are kNever if no chunk is open there, kAboveFloor if only the area is not open, and 0 beyond the world's border,
+/// where midpoints have only one parent.
 const float* adjacent_centres(const OpenChunk& chunk, int area, Side side);
 
 /// Keys of the parents of an area's centres, which are midpoints of the parent chunk, or coarser vertices of the root

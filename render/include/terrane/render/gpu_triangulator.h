@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <terrane/render/offscreen.h>
+#include <terrane/terrain/triangulator.h>
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+namespace terrane {
+
+/// The triangles of Triangulator, selected by compute shaders: the same triangles with the same offsets, bit for bit,
+/// on the device.
+///
+/// The chunks that a view refines are uploaded once, and stay on the device while they are resident. See docs/gpu.md.
+class GpuTriangulator {
+public:
+    /// Compiles the shaders, and probes the arithmetic of the device.
+    ///
+    /// @param source must outlive the triangulator
+    ///
+    /// Fails: as Triangulator::create(); device_unavailable, naming what is missing, without compute shaders, with
+    ///        products that are not those of IEEE 754, or with more than 4096 root squares
+    static Result<GpuTriangulator> create(const GlContext& context, const HeightSource& source,
+                                          const TriangulatorSettings& settings);
+
+    GpuTriangulator(GpuTriangulator&&) noexcept;
+    GpuTriangulator& operator=(GpuTriangulator&&) noexcept;
+    ~GpuTriangulator();
+
+    /// Computes the mesh of a view over the resident chunks.
+    ///
+    /// @param others as for Triangulator::update()
+    ///
+    /// Fails:   invalid_argument for an invalid view or resident chunks with volumes; device_unavailable if the memory
+    ///          of the device does not suffice. The mesh is then empty
+    /// Threads: that of the context
+    Result<void> update(std::shared_ptr<const ResidentSet> resident, const View& view,
+                        std::span<const TriangleDemand> others = {});
+
+    /// Copies the mesh of the last update() from the device: that of Triangulator::update(). Valid until the next call.
+    ///
+    /// Cost: waits for the device, and copies indices and offsets
+    Result<TerrainMesh> read();
+
+    /// Memory on the device, bytes.
+    std::size_t device_bytes() const;
+    /// Bytes that the last update() uploaded besides chunks.
+    std::size_t uploaded_bytes() const;
+
+private:
+    struct State;
+    explicit GpuTriangulator(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace terrane

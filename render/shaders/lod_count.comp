@@ -1,0 +1,13 @@
+// Triangles of each open area: one group for each area.
+layout(local_size_x = 64) in;
+shared uint total;
+
+void main() {
+    const Area a = area_at(gl_WorkGroupID.x);
+    const uint square = gl_LocalInvocationID.x;
+    if (square == 0u) total = 0u;
+    barrier();
+    if (bit_of(a.slot, kCentre, square)) atomicAdd(total, triangles_of(word_of(a, square)));
+    barrier();
+    if (square == 0u) work[bases.w + a.slot] = total;
+}

@@ -1,0 +1,61 @@
+// Squares of an area: which sides are split, which quarters divided. See area_bits() of terrain/lod/emission.cpp.
+bool bit_of(uint slot, uint kind, uint square) {
+    return (work[bases.z + 6u * slot + 2u * kind + (square >> 5)] >> (square & 31u) & 1u) != 0u;
+}
+// Whether a midpoint on an area's eastern or northern side is active
+bool is_side_active(uint chunk, uint area, uint side, uint i) {
+    const uint column = area & 7u, row = area >> 3;
+    const bool leaves = side == kEast ? column == 7u : row == 7u;
+    if (leaves && is_at_border(chunk, side)) return side_key(chunk, side, (side == kEast ? row : column) * 8u + i) < threshold();
+    const uint owner = leaves ? neighbour_of(chunk, side) : chunk;
+    if (!is_open(owner)) return false;
+    const uint slot = slot_of_area(owner, side == kEast ? row * 8u + (column + 1u & 7u) : (row + 1u & 7u) * 8u + column);
+    return slot != kNone && bit_of(slot, side == kEast ? kAlongY : kAlongX, side == kEast ? i * 8u : i);
+}
+// Bit k: side k is split; bit 4 + k: quarter k is divided. The centre must be active.
+uint word_of(Area a, uint square) {
+    const uint column = square & 7u, row = square >> 3;
+    uint word = 0u;
+    if (bit_of(a.slot, kAlongX, square)) word |= 1u;
+    if (column < 7u ? bit_of(a.slot, kAlongY, square + 1u) : is_side_active(a.chunk, a.area, kEast, row)) word |= 2u;
+    if (row < 7u ? bit_of(a.slot, kAlongX, square + 8u) : is_side_active(a.chunk, a.area, kNorth, column)) word |= 4u;
+    if (bit_of(a.slot, kAlongY, square)) word |= 8u;
+    const uint area_column = a.area & 7u, area_row = a.area >> 3;
+    const uint child = child_of(a.chunk, area_column / 4u + 2u * (area_row / 4u));
+    if (!is_open(child)) return word;
+    const uint below = slot_of_area(child, (area_row % 4u * 2u + row / 4u) * 8u + area_column % 4u * 2u + column / 4u);
+    if (below == kNone) return word;
+    const uint first = (row % 4u * 2u) * 8u + column % 4u * 2u;
+    if (bit_of(below, kCentre, first)) word |= 16u;
+    if (bit_of(below, kCentre, first + 1u)) word |= 32u;
+    if (bit_of(below, kCentre, first + 9u)) word |= 64u;
+    if (bit_of(below, kCentre, first + 8u)) word |= 128u;
+    return word;
+}
+uint triangles_of(uint word) { return 4u + bitCount(word & 15u) - 2u * bitCount(word >> 4); }
+
+// Vertices of a square's triangles, counter-clockwise from above, by steps from its centre. The order of make_shape() of
+// terrain/lod/emission.cpp.
+const ivec2 kCorner[4] = ivec2[4](ivec2(-1, -1), ivec2(1, -1), ivec2(1, 1), ivec2(-1, 1));
+const ivec2 kMiddle[4] = ivec2[4](ivec2(0, -1), ivec2(1, 0), ivec2(0, 1), ivec2(-1, 0));
+void write_triangle(inout uint at, uint a, uint b, uint c) {
+    indices[at] = a;
+    indices[at + 1u] = b;
+    indices[at + 2u] = c;
+    at += 3u;
+}
+// `side` is the number of samples in a row, `stride` the half side of the square in samples
+void write_square(uint word, uint centre, int side, int stride, uint at) {
+    for (int k = 0; k < 4; ++k) {
+        const int next = (k + 1) & 3;
+        const uint begin = uint(int(centre) + stride * (kCorner[k].y * side + kCorner[k].x));
+        const uint end = uint(int(centre) + stride * (kCorner[next].y * side + kCorner[next].x));
+        const uint middle = uint(int(centre) + stride * (kMiddle[k].y * side + kMiddle[k].x));
+        if ((word >> k & 1u) == 0u) {
+            write_triangle(at, begin, end, centre);
+            continue;
+        }
+        if ((word >> (4 + k) & 1u) == 0u) write_triangle(at, begin, middle, centre);
+        if ((word >> (4 + next) & 1u) == 0u) write_triangle(at, middle, end, centre);
+    }
+}

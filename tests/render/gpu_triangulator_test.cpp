@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: MIT
+//
+// The device's triangles against the CPU's, bit for bit, in random states: worlds, resident sets, fades, views, budgets
+// and error targets.
+#include "support/mesh_checks.h"
+#include "support/random_world.h"
+
+#include <terrane/render/gpu_triangulator.h>
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+namespace terrane::test {
+namespace gpu_triangulator_test {
+
+TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
+    TriangulatorSettings settings;
+    const std::size_t least = world.root_triangles();
+    settings.triangle_budget =
+        random.below(6) == 0 ? least
+                             : least + static_cast<std::size_t>(random_magnitude(random, 1.0, 20'000.0));
+    settings.max_error_px = random_magnitude(random, 0.02, 100.0);
+    settings.morph_ratio = random.below(4) == 0 ? 1.0 : random.between(1.0, 3.0);
+    return settings;
+}
+
+std::string difference(const TerrainMesh& a, const TerrainMesh& b) {
+    std::ostringstream out;
+    if (a.triangle_count != b.triangle_count || a.chunks.size() != b.chunks.size()) {
+        out << a.triangle_count << " triangles of " << a.chunks.size() << " chunks or " << b.triangle_count
+            << " of " << b.chunks.size();
+        return out.str();
+    }
+    if (!std::ranges::equal(a.indices, b.indices)) return "indices";
+    for (std::size_t i = 0; i < a.chunks.size(); ++i) {
+        const MeshChunk &x = a.chunks[i], &y = b.chunks[i];
+        if (x.chunk != y.chunk || x.first_index != y.first_index || x.index_count != y.index_count)
+            return "chunks";
+        if ((x.offsets == nullptr) != (y.offsets == nullptr)) return "presence of offsets";
+        if (x.offsets == nullptr) continue;
+        for (std::uint32_t k = 0; k < x.index_count; ++k) {
+            const std::uint16_t at = a.indices[x.first_index + k];
+            if (std::bit_cast<std::uint32_t>(x.offsets[at]) != std::bit_cast<std::uint32_t>(y.offsets[at])) {
+                out << "offset " << x.offsets[at] << " or " << y.offsets[at] << " at sample " << at % 129 << ", " << at / 129 << " of level " << int{x.chunk->key.level};
+                return out.str();
+            }
+        }
+    }
+    return "";
+}
+
+TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
+    const GlContext context = GlContext::create(GlChecks::on).value();
+    Random random(7);
+    int counted = 0;
+    for (int w = 0; w < 6; ++w) {
+        const RandomWorld world(random, 12);
+        RandomResidence residence(world);
+        for (int flight = 0; flight < 3; ++flight) {
+            const TriangulatorSettings settings = random_settings(random, world);
+            Triangulator cpu = Triangulator::create(world.source(), settings).value();
+            auto made = GpuTriangulator::create(context, world.source(), settings);
+            ASSERT_TRUE(made.has_value()) << made.error().message;
+            GpuTriangulator gpu = *std::move(made);
+            View view;
+            for (int frame = 0; frame < 10; ++frame) {
+                const bool is_jump = frame == 0 || random.below(6) == 0;
+                if (is_jump) {
+                    residence.jump(random);
+                } else if (random.below(3) != 0) {
+                    residence.step(random);
+                }
+                view = is_jump || random.below(8) == 0 ? random_view(random, world)
+                                                       : moved_view(random, world, view);
+                SCOPED_TRACE(testing::Message() << "world " << w << " (" << world.describe() << "), flight " << flight << ", frame " << frame << ", budget " << settings.triangle_budget << ", target " << settings.max_error_px << " px, ratio " << settings.morph_ratio << ", eye " << view.eye_world.transpose());
+                const TerrainMesh expected = cpu.update(residence.resident(), view);
+                const Result<void> updated = gpu.update(residence.resident(), view);
+                ASSERT_TRUE(updated.has_value()) << updated.error().message;
+                const Result<TerrainMesh> read = gpu.read();
+                ASSERT_TRUE(read.has_value()) << read.error().message;
+                ASSERT_EQ(difference(expected, *read), "");
+                ++counted;
+            }
+        }
+    }
+    EXPECT_EQ(counted, 180);
+}
+
+}  // namespace gpu_triangulator_test
+}  // namespace terrane::test
