@@ -29,7 +29,8 @@ extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 extern const std::string_view ground_material_glsl;
 extern const std::string_view lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_morph_glsl;
 extern const std::string_view lod_open_comp, lod_scan_comp, lod_list_comp, lod_coarse_comp;
-extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_histogram_comp;
+extern const std::string_view lod_coarse_trim_comp;
+extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_count_keys_comp;
 extern const std::string_view lod_pick_comp, lod_masks_comp, lod_coarse_morph_comp, lod_morph_comp;
 extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp, lod_emit_comp;
 

@@ -7,10 +7,11 @@ layout(std140, binding = 0) uniform Frame {
     dvec4 origin_quantum;  // the lattice's origin; quantum; near distance
     vec4 planes[4];        // inward normals of the view's side planes
     vec4 scalars;          // square of the near distance, near distance, floor, full of the morph
+    vec4 guess;            // low end of the first window of the selection
     uvec4 counts;          // resident chunks, roots, budget, demands
     uvec4 bases;           // in work[]: list of areas, slots of areas, masks, counts
     uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in vertices[]: coarse bounds
-    uvec4 options;         // levels, whether vertices morph, finest level, 0
+    uvec4 options;         // levels, whether vertices morph, finest level; in keys[]: axes
     uvec4 level_first[8];  // first chunk of each level, and their number
     vec4 reaches[33];      // by log2 of the spacing: half width and height of a centre's, of a midpoint's
 };
@@ -39,15 +40,18 @@ const uint kWest = 0u, kEast = 1u, kSouth = 2u, kNorth = 3u;
 const uint kCentre = 0u, kAlongX = 1u, kAlongY = 2u;
 
 // Words of state[]
-const uint kAreaTotal = 0u, kThreshold = 1u, kIsFound = 2u, kUsed = 3u, kPrefix = 4u, kTriangles = 5u;
+const uint kAreaTotal = 0u, kThreshold = 1u, kLow = 2u, kHigh = 3u, kShift = 4u, kTriangles = 5u, kBelow = 6u;
 const uint kDraw = 8u;         // DrawElementsIndirectCommand
 const uint kLevelGroups = 16u;  // three words for each level
 const uint kAllGroups = 96u;    // three words
 const uint kLevelAreas = 100u;  // first area of each level, and their number
-const uint kBins = 128u;
+const uint kSearchGroups = 128u, kPickGroups = 144u;  // three words for each step of the selection
+const uint kBins = 160u;
 const uint kBinCount = 2048u;
 const uint kRootTriangles = kBins + kBinCount;  // first triangle of each root's coarse triangles; 4096 roots at most
 
+const uint kSearchers = 256u;    // groups of a step of the selection
+const uint kWindowShift = 8u;    // of the bins of the first window
 const float kNever = uintBitsToFloat(0x7f800000u);
 const float kAboveFloor = uintBitsToFloat(0x7f7fffffu);
 
@@ -111,5 +115,8 @@ float side_key(uint chunk, uint side, uint i) {
     return keys[more_bases.x + chunk * 128u + (side == kNorth ? 64u : 0u) + i];
 }
 float coarse_key(uint root, uint column, uint row) { return keys[more_bases.y + root * kCoarse + row * kCoarseSide + column]; }
+
+// Position of a column or row of an open chunk, relative to the eye
+float position_of(uint chunk, uint axis, uint i) { return keys[options.w + chunk * 258u + axis * 129u + i]; }
 
 float threshold() { return uintBitsToFloat(state[kThreshold]); }

@@ -1,7 +1,6 @@
 // Keys of the centres of a level's open areas: one group for each area.
 layout(local_size_x = 64) in;
 layout(location = 0) uniform uint level;
-shared float xs[8], ys[8];
 
 // Key of a midpoint of the parent chunk: column or row 8 are in the adjacent area.
 float parent_key(uint parent, uint area, uint kind, uint column, uint row) {
@@ -21,10 +20,8 @@ void main() {
     const Area a = area_at(state[kLevelAreas + level] + gl_WorkGroupID.x);
     const uint square = gl_LocalInvocationID.x, column = square & 7u, row = square >> 3;
     const uint area_column = a.area & 7u, area_row = a.area >> 3;
-    if (square < 8u) xs[square] = position_over_eye(a.chunk, 0u, area_column * 16u + 2u * square + 1u);
-    if (square >= 8u && square < 16u) ys[square - 8u] = position_over_eye(a.chunk, 1u, area_row * 16u + 2u * (square - 8u) + 1u);
-    barrier();
-    precise float key = own_key_of(a, kCentre, square, xs[column], ys[row], centre_width(a.chunk), reach_unit(a.chunk),
+    precise float key = own_key_of(a, kCentre, square, position_of(a.chunk, 0u, area_column * 16u + 2u * column + 1u),
+                                   position_of(a.chunk, 1u, area_row * 16u + 2u * row + 1u), centre_width(a.chunk), reach_unit(a.chunk),
                                    reach_base(a.chunk));
     const float fade = fade_factor(a.chunk);
     if (fade != 1.0) key = key * fade;

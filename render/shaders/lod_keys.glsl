@@ -3,6 +3,7 @@ const float kLeastWeight = 1.0 / 16.0;
 const float kWeightSlope = 6.0;
 
 float clamped(double metres) { return float(clamp(metres, -1e16lf, 1e16lf)); }
+// Position of a column or row of any chunk, relative to the eye
 float position_over_eye(uint chunk, uint axis, uint i) {
     precise double index = header(chunk, 2u * axis) + double(i) * header(chunk, 4u);
     precise double metres = eye_spacing.w * index;

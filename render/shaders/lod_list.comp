@@ -1,4 +1,4 @@
-// Lists the open areas: one group for each chunk.
+// Lists the open areas, and computes the positions of columns and rows of open chunks: one group for each chunk.
 layout(local_size_x = 64) in;
 
 void main() {
@@ -14,4 +14,7 @@ void main() {
         work[bases.x + slot] = chunk << 8 | (ends_west ? 128u : 0u) | (ends_south ? 64u : 0u) | area;
     }
     work[bases.y + 64u * chunk + area] = slot;
+    if (!is_open(chunk)) return;
+    for (uint i = area; i < 258u; i += 64u)
+        keys[options.w + chunk * 258u + i] = position_over_eye(chunk, i / 129u, i % 129u);
 }

@@ -1,7 +1,6 @@
 // Keys of the midpoints of a level's open areas, and of those on sides without an open neighbour: one group for each area.
 layout(local_size_x = 64) in;
 layout(location = 0) uniform uint level;
-shared float xs[17], ys[17];
 
 // Key of a parent that may be in the area to the south or west
 float centre_key(Area a, uint side, uint square) {
@@ -20,7 +19,8 @@ float fade_beside(uint chunk, bool is_chunk_side, uint side) {
 void find_side(Area a, uint side, uint i, float unit, float base) {
     const uint along = (side == kEast ? a.area >> 3 : a.area & 7u) * 8u + i;
     const uint words = vertex_words(a.chunk) + (side == kEast ? kEastWord : kNorthWord);
-    const float x = side == kEast ? xs[16] : xs[2u * i + 1u], y = side == kEast ? ys[2u * i + 1u] : ys[16];
+    const float x = position_of(a.chunk, 0u, side == kEast ? 128u : 2u * along + 1u);
+    const float y = position_of(a.chunk, 1u, side == kEast ? 2u * along + 1u : 128u);
     const float own = own_key(x, y, over_eye(half_at(words + 32u, along), unit, base),
                               over_eye(half_at(words + 64u, along), unit, base), midpoint_width(a.chunk),
                               upper_half_at(words, along));
@@ -34,12 +34,14 @@ void main() {
     const Area a = area_at(state[kLevelAreas + level] + gl_WorkGroupID.x);
     const uint square = gl_LocalInvocationID.x, column = square & 7u, row = square >> 3;
     const uint area_column = a.area & 7u, area_row = a.area >> 3;
-    if (square < 17u) xs[square] = position_over_eye(a.chunk, 0u, area_column * 16u + square);
-    if (square >= 32u && square < 49u) ys[square - 32u] = position_over_eye(a.chunk, 1u, area_row * 16u + square - 32u);
-    barrier();
+    const uint first_column = area_column * 16u, first_row = area_row * 16u;
+    const float x = position_of(a.chunk, 0u, first_column + 2u * column);
+    const float next_x = position_of(a.chunk, 0u, first_column + 2u * column + 1u);
+    const float y = position_of(a.chunk, 1u, first_row + 2u * row);
+    const float next_y = position_of(a.chunk, 1u, first_row + 2u * row + 1u);
     const float unit = reach_unit(a.chunk), base = reach_base(a.chunk), width = midpoint_width(a.chunk);
-    precise float along_x = own_key_of(a, kAlongX, square, xs[2u * column + 1u], ys[2u * row], width, unit, base);
-    precise float along_y = own_key_of(a, kAlongY, square, xs[2u * column], ys[2u * row + 1u], width, unit, base);
+    precise float along_x = own_key_of(a, kAlongX, square, next_x, y, width, unit, base);
+    precise float along_y = own_key_of(a, kAlongY, square, x, next_y, width, unit, base);
     along_x = along_x * (row == 0u ? fade_beside(a.chunk, area_row == 0u, kSouth) : fade_factor(a.chunk));
     along_y = along_y * (column == 0u ? fade_beside(a.chunk, area_column == 0u, kWest) : fade_factor(a.chunk));
     const float own = key_of_area(a.slot, kCentre, square);

@@ -53,8 +53,16 @@ void main() {
     for (uint bin = i; bin < kBinCount; bin += 1024u) state[kBins + bin] = 0u;
     if (i == 0u) {
         state[kThreshold] = 0u;
-        state[kIsFound] = 0u;
-        state[kUsed] = 0u;
-        state[kPrefix] = 0u;
+        state[kBelow] = 0u;
+        const uint low = floatBitsToUint(guess.x);
+        state[kLow] = low;
+        state[kHigh] = min(low + (kBinCount << kWindowShift), floatBitsToUint(scalars.z));
+        state[kShift] = kWindowShift;
+        for (uint step = 0u; step < 5u; ++step) {
+            state[kSearchGroups + 3u * step] = step == 0u ? kSearchers : 0u;
+            state[kPickGroups + 3u * step] = step == 0u ? 1u : 0u;
+            state[kSearchGroups + 3u * step + 1u] = state[kSearchGroups + 3u * step + 2u] = 1u;
+            state[kPickGroups + 3u * step + 1u] = state[kPickGroups + 3u * step + 2u] = 1u;
+        }
     }
 }

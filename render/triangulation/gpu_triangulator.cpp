@@ -53,23 +53,24 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 // Words of state[]
 constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5;
 constexpr std::size_t kLevelGroups = 16, kAllGroups = 96, kLevelAreas = 100;
-constexpr std::size_t kRootTriangles = 128 + 2048, kStateWords = kRootTriangles + kMostRoots;
+constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
+constexpr std::size_t kRootTriangles = 160 + 2048, kStateWords = kRootTriangles + kMostRoots;
 
 // As in Triangulator
 constexpr double kFirstFloor_px = 4096.0;
 constexpr float kFloorMargin = 1.1f, kFloorStep = 3.0f;
 
-constexpr GLuint kHistogramGroups = 64;
+constexpr std::uint32_t kSearchSteps = 5;  // at most; see lod_pick.comp
 
 struct FrameBlock {
     std::array<double, 4> eye_spacing, origin_quantum;
     std::array<std::array<float, 4>, 4> planes;
-    std::array<float, 4> scalars;
+    std::array<float, 4> scalars, guess;
     std::array<std::uint32_t, 4> counts, bases, more_bases, options;
     std::array<std::uint32_t, 32> level_first;
     std::array<std::array<float, 4>, 33> reaches;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 16 + 64 + 128 + 528);
+static_assert(sizeof(FrameBlock) == 64 + 64 + 32 + 64 + 128 + 528);
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -120,8 +121,8 @@ struct GpuTriangulator::State {
     internal::Reaches reaches;
     std::shared_ptr<const void> context;
 
-    GlProgram open, scan, list, coarse, centres, midpoints, histogram, pick, masks, coarse_morph,
-        morph, tally, coarse_mesh, sum, emit;
+    GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
+        coarse_morph, morph, tally, coarse_mesh, sum, emit;
     DeviceArray frame, chunks, vertices, heights, state, work, keys, offsets, indices;
 
     // chunks on the device
@@ -170,11 +171,12 @@ Result<void> GpuTriangulator::State::compile() {
     };
     TERRANE_TRY(open, make("lod_open", {lod_glsl, lod_keys_glsl, lod_open_comp}));
     TERRANE_TRY(scan, make("lod_scan", {lod_glsl, lod_scan_comp}));
-    TERRANE_TRY(list, make("lod_list", {lod_glsl, lod_list_comp}));
+    TERRANE_TRY(list, make("lod_list", {lod_glsl, lod_keys_glsl, lod_list_comp}));
     TERRANE_TRY(coarse, make("lod_coarse", {lod_glsl, lod_keys_glsl, lod_coarse_comp}));
+    TERRANE_TRY(coarse_trim, make("lod_coarse_trim", {lod_glsl, lod_coarse_trim_comp}));
     TERRANE_TRY(centres, make("lod_centres", {lod_glsl, lod_keys_glsl, lod_centres_comp}));
     TERRANE_TRY(midpoints, make("lod_midpoints", {lod_glsl, lod_keys_glsl, lod_midpoints_comp}));
-    TERRANE_TRY(histogram, make("lod_histogram", {lod_glsl, lod_histogram_comp}));
+    TERRANE_TRY(count_keys, make("lod_count_keys", {lod_glsl, lod_count_keys_comp}));
     TERRANE_TRY(pick, make("lod_pick", {lod_glsl, lod_pick_comp}));
     TERRANE_TRY(masks, make("lod_masks", {lod_glsl, lod_masks_comp}));
     TERRANE_TRY(coarse_morph, make("lod_coarse_morph", {lod_glsl, lod_keys_glsl, lod_morph_glsl,
@@ -329,7 +331,8 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
         3 * count, 3 * count + areas, 3 * count + areas + 64 * count,
         3 * count + areas + 64 * count + 6 * areas, 3 * count + areas + 64 * count + 7 * areas};
     work.reserve(4 * work_at[4], false);
-    keys.reserve(4 * (kAreaKeys * areas + 128 * count + kCoarse * root_count), false);
+    const std::size_t axes_at = kAreaKeys * areas + 128 * count + kCoarse * root_count;
+    keys.reserve(4 * (axes_at + 2 * kChunkSamples * count), false);
     offsets.reserve(4 * (kAreaOffsets * areas + kCoarse * root_count), false);
     // at the end of vertices[]
     const std::size_t bounds_at = kSlotWords * slot_count;
@@ -357,13 +360,15 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
     block.scalars = {screen.eye_heights(*all[0]).near_squared,
                      static_cast<float>(view.near_distance), floor,
                      morphs ? static_cast<float>(squared / (squared - 1.0)) : 1.0f};
+    constexpr float kWindow = 1.03f;  // the first window begins so far below the last threshold
+    block.guess = {last_threshold > 0.0f ? last_threshold / kWindow : 0.0f, 0.0f, 0.0f, 0.0f};
     const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
     block.counts = {word(count), word(root_count), budget, word(demand_count)};
     block.bases = {word(work_at[0]), word(work_at[1]), word(work_at[2]), word(work_at[3])};
     block.more_bases = {word(kAreaKeys * areas), word(kAreaKeys * areas + 128 * count),
                         word(kAreaOffsets * areas), word(bounds_at)};
     block.options = {word(static_cast<std::size_t>(lattice.finest_level) + 1), morphs ? 1u : 0u,
-                     word(static_cast<std::size_t>(lattice.finest_level)), 0};
+                     word(static_cast<std::size_t>(lattice.finest_level)), word(axes_at)};
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
         block.reaches[i] = {reaches.centre[i].half_width, reaches.centre[i].half_height,
                             reaches.midpoint[i].half_width, reaches.midpoint[i].half_height};
@@ -390,7 +395,8 @@ void GpuTriangulator::State::select() {
     run(open, count);
     run(scan, 1);
     run(list, count);
-    run(coarse, 1);
+    run(coarse, (kCoarse * root_count + 63) / 64);
+    run(coarse_trim, 1);
     for (std::uint32_t level = 0; level < block.options[0]; ++level) {
         for (const GlProgram* program : {&centres, &midpoints}) {
             glUseProgram(program->name());
@@ -399,11 +405,14 @@ void GpuTriangulator::State::select() {
             glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         }
     }
-    for (const GLuint shift : {21u, 10u, 0u}) {
-        glProgramUniform1ui(histogram.name(), 0, shift);
-        glProgramUniform1ui(pick.name(), 0, shift);
-        run(histogram, kHistogramGroups);
-        run(pick, 1);
+    for (std::uint32_t step = 0; step < kSearchSteps; ++step) {
+        for (const auto& [program, groups] :
+             {std::pair{&count_keys, kSearchGroups}, std::pair{&pick, kPickGroups}}) {
+            glUseProgram(program->name());
+            glUniform1ui(0, step);
+            glDispatchComputeIndirect(static_cast<GLintptr>(4 * (groups + 3 * step)));
+            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+        }
     }
 }
 
