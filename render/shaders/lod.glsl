@@ -5,7 +5,9 @@
 layout(std140, binding = 0) uniform Frame {
     dvec4 eye_spacing;     // the eye, world; spacing of the finest level
     dvec4 origin_quantum;  // the lattice's origin; quantum; near distance
-    vec4 planes[4];        // inward normals of the view's side planes
+    dvec4 normals[4];      // inward normals of the view's side planes
+    dvec4 distances;       // to the true surface at least; threshold and share of morphs: see lod_error.glsl
+    vec4 planes[4];        // the normals
     vec4 scalars;          // square of the near distance, near distance, floor, full of the morph
     vec4 guess;            // low end of the first window of the selection
     uvec4 counts;          // resident chunks, roots, budget, demands
@@ -20,17 +22,19 @@ layout(std430, binding = 0) readonly buffer Chunks { uint chunks[]; };
 layout(std430, binding = 1) readonly buffer Vertices { uint vertices[]; };
 layout(std430, binding = 2) readonly buffer Heights { int heights[]; };
 layout(std430, binding = 3) coherent buffer State { uint state[]; };
-layout(std430, binding = 4) buffer Work { uint work[]; };
+layout(std430, binding = 4) coherent buffer Work { uint work[]; };
 layout(std430, binding = 5) coherent buffer Keys { float keys[]; };
 layout(std430, binding = 6) coherent buffer Offsets { float offsets[]; };
 layout(std430, binding = 7) buffer Indices { uint indices[]; };
 
 const uint kTableWords = 12u;  // of a chunk in chunks[]
 const uint kFrameWords = 4u;
-const uint kSlotWords = 25936u;  // of a chunk in vertices[]
-const uint kHeightWords = 16641u;
+const uint kSlotWords = 26128u;  // of a chunk in vertices[]
+const uint kSamples = 16641u;    // 129 x 129
+const uint kHeightWords = 33025u;  // of a chunk in heights[]: its samples, and the bounds of its cells
 const uint kAreaWords = 400u;
 const uint kBoundsWord = 25600u, kReachesWord = 25664u, kEastWord = 25728u, kNorthWord = 25824u, kHeaderWord = 25920u;
+const uint kAreaHeightsWord = 25936u, kCellBoundsWord = 26064u;  // lowest and highest samples, largest cell bounds of areas
 const uint kAreaKeys = 192u;
 const uint kAreaOffsets = 289u;  // 17 x 17
 const uint kCoarse = 4225u;      // 65 x 65
@@ -41,8 +45,9 @@ const uint kCentre = 0u, kAlongX = 1u, kAlongY = 2u;
 
 // Words of state[]
 const uint kAreaTotal = 0u, kThreshold = 1u, kLow = 2u, kHigh = 3u, kShift = 4u, kTriangles = 5u, kBelow = 6u;
+const uint kResiduals = 14u;  // bits of floats: absent, held, finest, finest in metres, morphing
 const uint kDraw = 8u;         // DrawElementsIndirectCommand
-const uint kLevelGroups = 16u;  // three words for each level
+const uint kLevelGroups = 20u;  // three words for each level
 const uint kAllGroups = 96u;    // three words
 const uint kLevelAreas = 100u;  // first area of each level, and their number
 const uint kSearchGroups = 128u, kPickGroups = 144u;  // three words for each step of the selection
@@ -76,6 +81,9 @@ double header(uint chunk, uint word) {
     return packDouble2x32(uvec2(vertices[at], vertices[at + 1u]));
 }
 
+const uint kEndsSouth = 64u, kEndsWest = 128u, kHeld = 256u;  // of an area in the list
+const float kNestMargin = 1.0 + 1.0 / 512.0;
+
 // Work of a chunk: bits of its open areas, index of the first
 uint open_mask(uint chunk, uint half_index) { return work[3u * chunk + half_index]; }
 bool is_open(uint chunk) { return chunk != kNone && work[3u * chunk + 2u] != kNone; }
@@ -85,10 +93,11 @@ uint slot_of_area(uint chunk, uint area) { return work[bases.y + 64u * chunk + a
 struct Area {
     uint slot, chunk, area;
     bool ends_south, ends_west;  // at the world's border
+    bool is_held;                // whether it has a held vertex: see OpenChunk::held_areas
 };
 Area area_at(uint slot) {
     const uint entry = work[bases.x + slot];
-    return Area(slot, entry >> 8, entry & 63u, (entry >> 6 & 1u) != 0u, (entry >> 7 & 1u) != 0u);
+    return Area(slot, entry >> 9, entry & 63u, (entry & kEndsSouth) != 0u, (entry & kEndsWest) != 0u, (entry & kHeld) != 0u);
 }
 
 int low_half(uint word) { return bitfieldExtract(int(word), 0, 16); }

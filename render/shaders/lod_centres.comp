@@ -38,5 +38,5 @@ void main() {
         from_x = parent_key(parent, above, kAlongY, first_column + (column + 1u) / 2u, first_row + row / 2u);
         from_y = parent_key(parent, above, kAlongX, first_column + column / 2u, first_row + row / 2u + row % 2u);
     }
-    keys[a.slot * kAreaKeys + square] = max_of(key, max_of(from_x, from_y));
+    keys[a.slot * kAreaKeys + square] = raised(a, key, max_of(from_x, from_y));
 }

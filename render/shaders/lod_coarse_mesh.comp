@@ -64,7 +64,7 @@ void main() {
         if (i == 255u) state[kRootTriangles + root] = is_undivided ? 2u : sums[255];
         return;
     }
-    const uint first_vertex = 0x80000000u + root * kHeightWords;
+    const uint first_vertex = 0x80000000u + root * kSamples;
     uint at = 3u * state[kRootTriangles + root];
     if (is_undivided) {
         if (i != 0u) return;

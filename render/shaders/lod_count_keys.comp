@@ -38,8 +38,8 @@ void main() {
     for (uint slot = gl_WorkGroupID.x; slot < area_count; slot += gl_NumWorkGroups.x) {
         const uint entry = work[bases.x + slot], first = slot * kAreaKeys + i;
         add(keys[first], 2u);
-        add(keys[first + 64u], i < 8u && (entry & 64u) != 0u ? 1u : 2u);
-        add(keys[first + 128u], (i & 7u) == 0u && (entry & 128u) != 0u ? 1u : 2u);
+        add(keys[first + 64u], i < 8u && (entry & kEndsSouth) != 0u ? 1u : 2u);
+        add(keys[first + 128u], (i & 7u) == 0u && (entry & kEndsWest) != 0u ? 1u : 2u);
     }
     const uint thread = gl_GlobalInvocationID.x, threads = 64u * gl_NumWorkGroups.x;
     for (uint k = thread; k < counts.x * 128u; k += threads) {

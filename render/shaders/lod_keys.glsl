@@ -86,3 +86,10 @@ float own_key_of(Area a, uint kind, uint square, float x, float y, float half_wi
                    over_eye(half_at(words + 192u + 32u * kind, square), unit, base), half_width,
                    upper_half_at(words + 32u * kind, square));
 }
+
+// The key of a vertex, raised to its parents'; notes in the list of areas whether it is thereby held.
+float raised(Area a, float key, float parents) {
+    precise float nested = key * kNestMargin;
+    if (key < scalars.z && nested < parents) atomicOr(work[bases.x + a.slot], kHeld);
+    return max_of(key, parents);
+}

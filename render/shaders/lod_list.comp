@@ -11,7 +11,7 @@ void main() {
         slot = work[3u * chunk + 2u] + bitCount(below) + (area < 32u ? 0u : bitCount(low));
         const bool ends_south = (area >> 3) == 0u && is_at_border(chunk, kSouth);
         const bool ends_west = (area & 7u) == 0u && is_at_border(chunk, kWest);
-        work[bases.x + slot] = chunk << 8 | (ends_west ? 128u : 0u) | (ends_south ? 64u : 0u) | area;
+        work[bases.x + slot] = chunk << 9 | (ends_west ? kEndsWest : 0u) | (ends_south ? kEndsSouth : 0u) | area;
     }
     work[bases.y + 64u * chunk + area] = slot;
     if (!is_open(chunk)) return;

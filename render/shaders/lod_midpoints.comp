@@ -47,8 +47,8 @@ void main() {
     const float own = key_of_area(a.slot, kCentre, square);
     const float south = row == 0u ? centre_key(a, kSouth, 56u + column) : key_of_area(a.slot, kCentre, square - 8u);
     const float west = column == 0u ? centre_key(a, kWest, row * 8u + 7u) : key_of_area(a.slot, kCentre, square - 1u);
-    keys[a.slot * kAreaKeys + 64u + square] = max_of(along_x, max_of(own, south));
-    keys[a.slot * kAreaKeys + 128u + square] = max_of(along_y, max_of(own, west));
+    keys[a.slot * kAreaKeys + 64u + square] = raised(a, along_x, max_of(own, south));
+    keys[a.slot * kAreaKeys + 128u + square] = raised(a, along_y, max_of(own, west));
     if (square < 8u && area_column == 7u && !is_open(neighbour_of(a.chunk, kEast))) find_side(a, kEast, square, unit, base);
     if (square < 8u && area_row == 7u && !is_open(neighbour_of(a.chunk, kNorth))) find_side(a, kNorth, square, unit, base);
 }

@@ -10,6 +10,7 @@
 #include "chunk/chunk_vertices.h"
 #include "gl/gl_object.h"
 #include "gl/shader.h"
+#include "lod/frame_mesh.h"
 #include "lod/screen_error.h"
 
 #include <terrane/render/gpu_triangulator.h>
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <string>
 #include <unordered_map>
@@ -37,10 +39,13 @@ constexpr std::size_t kAreaWords = sizeof(AreaVertices) / 4;
 constexpr std::size_t kBoundsWord = kAreaCount * kAreaWords, kReachesWord = kBoundsWord + 64;
 constexpr std::size_t kSideWords = 96;
 constexpr std::size_t kEastWord = kReachesWord + 64, kNorthWord = kEastWord + kSideWords;
-constexpr std::size_t kHeaderWord = kNorthWord + kSideWords, kSlotWords = kHeaderWord + 16;
-static_assert(kAreaWords == 400 && kHeaderWord == 25920 && kSlotWords == 25936);
+constexpr std::size_t kHeaderWord = kNorthWord + kSideWords;
+constexpr std::size_t kAreaHeightsWord = kHeaderWord + 16;
+constexpr std::size_t kCellBoundsWord = kAreaHeightsWord + 128, kSlotWords = kCellBoundsWord + 64;
+static_assert(kAreaWords == 400 && kHeaderWord == 25920 && kSlotWords == 26128);
 static_assert(sizeof(internal::SideVertices) == 4 * kSideWords);
-constexpr std::size_t kHeightWords = std::size_t{kChunkSamples} * kChunkSamples;
+constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
+constexpr std::size_t kHeightWords = kSamples + std::size_t{kChunkCells} * kChunkCells;
 constexpr std::size_t kAreaKeys = AreaVertices::kKinds * AreaVertices::kSquares;
 constexpr std::size_t kAreaSide = kAreaCells + 1, kAreaOffsets = kAreaSide * kAreaSide;
 constexpr std::size_t kCoarseSide = internal::kChunkSquares + 1;
@@ -51,8 +56,8 @@ constexpr int kMostLevels = 25;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 // Words of state[]
-constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5;
-constexpr std::size_t kLevelGroups = 16, kAllGroups = 96, kLevelAreas = 100;
+constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kResiduals = 14;
+constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
 constexpr std::size_t kRootTriangles = 160 + 2048, kStateWords = kRootTriangles + kMostRoots;
 
@@ -64,13 +69,15 @@ constexpr std::uint32_t kSearchSteps = 5;  // at most; see lod_pick.comp
 
 struct FrameBlock {
     std::array<double, 4> eye_spacing, origin_quantum;
+    std::array<std::array<double, 4>, 4> normals;
+    std::array<double, 4> distances;
     std::array<std::array<float, 4>, 4> planes;
     std::array<float, 4> scalars, guess;
     std::array<std::uint32_t, 4> counts, bases, more_bases, options;
     std::array<std::uint32_t, 32> level_first;
     std::array<std::array<float, 4>, 33> reaches;
 };
-static_assert(sizeof(FrameBlock) == 64 + 64 + 32 + 64 + 128 + 528);
+static_assert(sizeof(FrameBlock) == 64 + 160 + 64 + 32 + 64 + 128 + 528);
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -122,7 +129,7 @@ struct GpuTriangulator::State {
     std::shared_ptr<const void> context;
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
-        coarse_morph, morph, tally, coarse_mesh, sum, emit;
+        coarse_morph, morph, tally, coarse_mesh, sum, emit, error, coarse_error;
     DeviceArray frame, chunks, vertices, heights, state, work, keys, offsets, indices;
 
     // chunks on the device
@@ -142,6 +149,7 @@ struct GpuTriangulator::State {
     std::size_t area_capacity = 0;
     float last_threshold = 0.0f, threshold = 0.0f;
     std::size_t uploaded = 0;
+    double clearance = 0.0;  // from the eye to the true surface at least, metres
 
     // of read()
     std::vector<std::uint16_t> read_indices;
@@ -160,6 +168,7 @@ struct GpuTriangulator::State {
     static void run(const GlProgram& program, std::size_t groups);
     void select();
     void triangulate();
+    void report(const ScreenError& screen, std::span<const TriangleDemand> others);
 };
 
 Result<void> GpuTriangulator::State::compile() {
@@ -172,7 +181,8 @@ Result<void> GpuTriangulator::State::compile() {
     TERRANE_TRY(open, make("lod_open", {lod_glsl, lod_keys_glsl, lod_open_comp}));
     TERRANE_TRY(scan, make("lod_scan", {lod_glsl, lod_scan_comp}));
     TERRANE_TRY(list, make("lod_list", {lod_glsl, lod_keys_glsl, lod_list_comp}));
-    TERRANE_TRY(coarse, make("lod_coarse", {lod_glsl, lod_keys_glsl, lod_coarse_comp}));
+    TERRANE_TRY(coarse,
+                make("lod_coarse", {lod_glsl, lod_keys_glsl, lod_coarse_glsl, lod_coarse_comp}));
     TERRANE_TRY(coarse_trim, make("lod_coarse_trim", {lod_glsl, lod_coarse_trim_comp}));
     TERRANE_TRY(centres, make("lod_centres", {lod_glsl, lod_keys_glsl, lod_centres_comp}));
     TERRANE_TRY(midpoints, make("lod_midpoints", {lod_glsl, lod_keys_glsl, lod_midpoints_comp}));
@@ -188,6 +198,10 @@ Result<void> GpuTriangulator::State::compile() {
                 make("lod_coarse_mesh", {lod_glsl, lod_squares_glsl, lod_coarse_mesh_comp}));
     TERRANE_TRY(sum, make("lod_sum", {lod_glsl, lod_sum_comp}));
     TERRANE_TRY(emit, make("lod_emit", {lod_glsl, lod_squares_glsl, lod_emit_comp}));
+    TERRANE_TRY(error, make("lod_error", {lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_error_glsl,
+                                          lod_error_comp}));
+    TERRANE_TRY(coarse_error, make("lod_coarse_error", {lod_glsl, lod_keys_glsl, lod_coarse_glsl,
+                                                        lod_error_glsl, lod_coarse_error_comp}));
     return {};
 }
 
@@ -254,8 +268,13 @@ void GpuTriangulator::State::upload(const Chunk& chunk, std::uint32_t slot) {
         std::memcpy(&staging[word], from, bytes);
     };
     put(0, of.areas.data(), sizeof of.areas);
-    for (std::size_t i = 0; i < kAreaCount; ++i)
-        staging[kBoundsWord + i] = bits_of(chunk.areas[i].max_vertex_bound);
+    for (std::size_t i = 0; i < kAreaCount; ++i) {
+        const Chunk::Area& area = chunk.areas[i];
+        staging[kBoundsWord + i] = bits_of(area.max_vertex_bound);
+        staging[kAreaHeightsWord + 2 * i] = static_cast<std::uint32_t>(area.low);
+        staging[kAreaHeightsWord + 2 * i + 1] = static_cast<std::uint32_t>(area.high);
+        staging[kCellBoundsWord + i] = bits_of(area.max_cell_bound);
+    }
     put(kReachesWord, of.area_reaches.data(), sizeof of.area_reaches);
     put(kEastWord, &of.east_side, sizeof of.east_side);
     put(kNorthWord, &of.north_side, sizeof of.north_side);
@@ -265,7 +284,9 @@ void GpuTriangulator::State::upload(const Chunk& chunk, std::uint32_t slot) {
     put(kHeaderWord, header.data(), sizeof header);
     put(kHeaderWord + 8, &of.reach_unit, sizeof of.reach_unit);
     vertices.write(4 * kSlotWords * slot, staging.data(), 4 * kSlotWords);
-    heights.write(4 * kHeightWords * slot, chunk.heights.data(), 4 * kHeightWords);
+    heights.write(4 * kHeightWords * slot, chunk.heights.data(), 4 * kSamples);
+    heights.write(4 * (kHeightWords * slot + kSamples), chunk.cell_bounds.data(),
+                  4 * chunk.cell_bounds.size());
 }
 
 // Uploads what a frame needs: chunks that its floor may refine, keys and fades, demands, and the uniform block.
@@ -352,11 +373,13 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
     const Frustum frustum = make_frustum(view);
     for (std::size_t i = 0; i < 4; ++i) {
         const Eigen::Vector3d& n = frustum.normals[i];
+        block.normals[i] = {n.x(), n.y(), n.z(), 0.0};
         block.planes[i] = {static_cast<float>(n.x()), static_cast<float>(n.y()),
                            static_cast<float>(n.z()), 0.0f};
     }
     const double ratio = settings.morph_ratio, squared = ratio * ratio;
     const bool morphs = ratio > 1.0;
+    block.distances = {clearance, 0.0, ratio, morphs ? squared / (squared - 1.0) : 1.0};
     block.scalars = {screen.eye_heights(*all[0]).near_squared,
                      static_cast<float>(view.near_distance), floor,
                      morphs ? static_cast<float>(squared / (squared - 1.0)) : 1.0f};
@@ -434,6 +457,43 @@ void GpuTriangulator::State::triangulate() {
     glProgramUniform1i(coarse_mesh.name(), 0, 1);
     run(coarse_mesh, root_count);
     run_areas(emit);
+    run_areas(error);
+    run(coarse_error, (kCoarse * root_count + 63) / 64);
+}
+
+// Reports error and status of the mesh: waits for the device.
+void GpuTriangulator::State::report(const ScreenError& screen,
+                                    std::span<const TriangleDemand> others) {
+    const std::vector<std::uint32_t> words = state.read<std::uint32_t>(0, kResiduals + 5);
+    mesh.triangle_count = words[kTriangles];
+    const auto residual = [&](std::size_t i) {
+        return static_cast<double>(std::bit_cast<float>(words[kResiduals + i]));
+    };
+    // the device has squares of bound over distance
+    const double pixels = screen.error_px_at(1.0, 0.0) * screen.least_distance();
+    const auto in_pixels = [&](std::size_t i) {
+        return pixels * std::sqrt(residual(i)) * (1.0 + 1e-6);
+    };
+    internal::ErrorParts parts;
+    parts.residual.absent = in_pixels(0);
+    parts.residual.held = in_pixels(1);
+    parts.residual.finest = in_pixels(2);
+    parts.residual.finest_m = residual(3);
+    parts.residual.morphing = residual(4);
+    const internal::Morph of_frame(settings.morph_ratio, threshold);
+    parts.fading = internal::fading_error(*resident, reaches, screen, of_frame, threshold,
+                                          [&](std::size_t index) { return least[index]; });
+    internal::report_error(screen, of_frame, threshold, settings.max_error_px,
+                           source->is_certified(), parts, mesh);
+    mesh.demand_threshold_px = mesh.threshold_px;
+    mesh.demand_triangles = 0;
+    for (const TriangleDemand& demand : others) {
+        if (screen.key_of(demand.threshold_px > 0.0 ? demand.threshold_px : 0.0) < threshold) {
+            mesh.demand_triangles += demand.triangles;
+        } else {
+            mesh.demand_threshold_px = std::max(mesh.demand_threshold_px, demand.threshold_px);
+        }
+    }
 }
 
 Result<GpuTriangulator> GpuTriangulator::create(const GlContext& context,
@@ -489,10 +549,8 @@ Result<void> GpuTriangulator::update(std::shared_ptr<const ResidentSet> resident
                                  chunk.max_vertex_bound);
         }
     }
-    const double ratio = s.settings.morph_ratio;
-    const double factor = ratio > 1.0 ? 2.0 * ratio / (ratio + 1.0) : 1.0;
-    const float target = screen.key_of(s.settings.max_error_px /
-                                       (factor * ScreenError::kRounding * ScreenError::kRounding));
+    const float target =
+        internal::target_key(screen, s.settings.morph_ratio, s.settings.max_error_px);
     float floor = std::min(target, s.last_threshold > 0.0f ? kFloorMargin * s.last_threshold
                                                            : screen.key_of(kFirstFloor_px));
     for (;;) {
@@ -510,6 +568,7 @@ Result<void> GpuTriangulator::update(std::shared_ptr<const ResidentSet> resident
     }
     s.last_threshold = s.threshold;
     s.triangulate();
+    s.report(screen, others);
     return internal::check_gl("triangulate on the device");
 }
 
@@ -540,7 +599,7 @@ Result<TerrainMesh> GpuTriangulator::read() {
     }
     const auto sample_of = [&](std::uint32_t vertex) {
         if (vertex >= kRootVertex) {
-            return static_cast<std::uint16_t>((vertex - kRootVertex) % kHeightWords);
+            return static_cast<std::uint16_t>((vertex - kRootVertex) % kSamples);
         }
         const std::size_t area = list[vertex / kAreaOffsets] & 63u, at = vertex % kAreaOffsets;
         return static_cast<std::uint16_t>((area / kChunkAreas * kAreaCells + at / kAreaSide) *
@@ -557,14 +616,14 @@ Result<TerrainMesh> GpuTriangulator::read() {
             for (std::size_t k = 3 * begin; k < 3 * end; ++k)
                 s.read_indices.push_back(sample_of(indices[k]));
         };
-        std::vector<float> of_chunk(morphs ? kHeightWords : 0, 0.0f);
+        std::vector<float> of_chunk(morphs ? kSamples : 0, 0.0f);
         if (i < s.root_count) {
             copy(first_of_root[i], first_of_root[i + 1]);
             for (std::size_t k = 0; morphs && k < kCoarse; ++k)
                 of_chunk[2 * (k / kCoarseSide) * kChunkSamples + 2 * (k % kCoarseSide)] =
                     coarse[kCoarse * i + k];
         }
-        for (; area < areas && list[area] >> 8 == i; ++area) {
+        for (; area < areas && list[area] >> 9 == i; ++area) {
             copy(first[area], first[area + 1]);
             if (!morphs || (masks[6 * area] | masks[6 * area + 1]) == 0) continue;
             for (std::size_t k = 0; k < kAreaOffsets; ++k) {

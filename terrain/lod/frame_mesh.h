@@ -5,9 +5,12 @@
 #include "lod/screen_error.h"
 #include "lod/selection.h"
 
+#include <terrane/terrain/triangulator.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
 namespace terrane::internal {
 
@@ -121,5 +124,28 @@ struct ResidualError {
 /// @param residual in and out: errors below its values are skipped early
 void find_residual_error(const OpenChunk& chunk, const VertexKeys& keys, const ScreenError& screen,
                          float threshold, const Morph& morph, ResidualError& residual);
+
+/// Error bound of the vertices that fades suppress, pixels.
+///
+/// @param least_key_of least key of the vertices of the chunk at an index of the resident set, roots' coarser spacings
+///                     excepted
+double fading_error(const ResidentSet& resident, const Reaches& reaches, const ScreenError& screen,
+                    const Morph& morph, float threshold,
+                    const std::function<float(std::size_t index)>& least_key_of);
+
+/// Key of an error target, pixels: slightly below it, so that the reported error meets the target after it is rounded
+/// up.
+float target_key(const ScreenError& screen, double morph_ratio, double target_px);
+
+/// What a frame's certified error consists of, besides the threshold. Pixels.
+struct ErrorParts {
+    ResidualError residual;
+    double fading = 0.0;    ///< fading_error()
+    double left_out = 0.0;  ///< of volumes that are not drawn: see SolidSelection
+    double absent_solids = 0.0, drawn_solids = 0.0;
+};
+/// Sets error, threshold and status of a mesh.
+void report_error(const ScreenError& screen, const Morph& morph, float threshold, double target_px,
+                  bool is_certified, const ErrorParts& parts, TerrainMesh& mesh_out);
 
 }  // namespace terrane::internal

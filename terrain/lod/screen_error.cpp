@@ -264,7 +264,7 @@ double ScreenError::error_px_of(float key) const {
 }
 
 double ScreenError::error_px_at(double bound, double distance) const {
-    return bound * pixels_ / std::max({near_, clearance_, distance});
+    return bound * pixels_ / std::max(least_distance(), distance);
 }
 
 float ScreenError::height_over_eye(double height) const { return clamped(height - eye_.z()); }

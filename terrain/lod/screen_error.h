@@ -8,6 +8,7 @@
 #include <terrane/terrain/resident_set.h>
 #include <terrane/terrain/view.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -184,6 +185,8 @@ public:
     double error_px_of(float key) const;
     /// Screen error, pixels, of a vertical deviation of `bound` metres at a distance of the true surface, metres.
     double error_px_at(double bound, double distance) const;
+    /// Distance for which the errors of nearer points are computed, metres.
+    double least_distance() const { return std::max(near_, clearance_); }
 
     void fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const;
     EyeHeights eye_heights(const Chunk& chunk) const;

@@ -111,10 +111,6 @@ public:
     float own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
                          int row) const;
 
-    /// Lower bound of the own keys of a chunk's vertices.
-    float least_key(const ScreenError& screen, const OpenChunk& chunk) const {
-        return screen.least_key(reach_of(screen, *chunk.chunk), chunk.chunk->max_vertex_bound);
-    }
     /// Box of the reaches of a chunk's vertices, excluding a root's vertices of coarser spacings.
     ScreenError::WorldBox reach_of(const ScreenError& screen, const Chunk& chunk) const {
         return screen.reach_of(chunk, reach(chunk, 1, true).half_width);
@@ -122,6 +118,7 @@ public:
 
     const KeyKernels& kernels() const { return *kernels_; }
     const Lattice& lattice() const { return lattice_; }
+    const Reaches& reaches() const { return reaches_; }
 
 private:
     Reach reach(const Chunk& chunk, int stride, bool is_centre) const;

@@ -86,17 +86,10 @@ struct Triangulator::State {
     std::size_t triangle_count = 0;
     TerrainMesh mesh;
 
-    // Slightly below the target, so that the reported error meets the target after it is rounded up.
-    float target_key(const ScreenError& screen) const {
-        const double factor = Morph(settings.morph_ratio, 1.0f).error_factor();
-        return screen.key_of((settings.max_error_px - solids.allowed_px()) /
-                             (factor * ScreenError::kRounding * ScreenError::kRounding));
-    }
     void select(const ResidentSet& resident, const ScreenError& screen);
     void grant(std::span<const TriangleDemand> demands, double threshold_px);
     void activate_and_morph(const Morph& morph);
     void emit(const ScreenError& screen, const Morph& morph);
-    double fading_error(const ScreenError& screen, const Morph& morph, double threshold_px) const;
     void report(const ScreenError& screen, const Morph& morph);
 };
 
@@ -115,7 +108,8 @@ void Triangulator::State::grant(std::span<const TriangleDemand> demands, double 
 
 // Finds the threshold: the key of the target, or a smaller key if the budget does not suffice.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
-    const float target = target_key(screen);
+    const float target = internal::target_key(screen, settings.morph_ratio,
+                                              settings.max_error_px - solids.allowed_px());
     const std::size_t budget =
         settings.triangle_budget - root_triangles(lattice) - solids.reserved_triangles();
     float floor = std::min(target, last_threshold > 0.0f ? kFloorMargin * last_threshold
@@ -181,70 +175,19 @@ void Triangulator::State::emit(const ScreenError& screen, const Morph& morph) {
     });
 }
 
-// Error bound of the vertices that fades suppress.
-double Triangulator::State::fading_error(const ScreenError& screen, const Morph& morph,
-                                         double threshold_px) const {
-    double error_px = 0.0;
-    for (const OpenChunk* chunk : keys.open()) {
-        if (chunk->fade_factor == 1.0f) continue;
-        double most_px = 0.0;
-        float factor = 1.0f;
-        for (const OpenChunk* above = chunk; above != nullptr; above = above->parent) {
-            // skips chunks that were opened only because the floor exceeds the threshold
-            if (above->fade_factor == 1.0f || !(keys.least_key(screen, *above) < threshold))
-                continue;
-            factor = std::max(factor, above->fade_factor);
-            const auto bound = static_cast<double>(above->chunk->max_vertex_bound);
-            // the diamonds of vertices on the chunk's sides extend beyond the chunk
-            ScreenError::WorldBox box = keys.reach_of(screen, *above->chunk);
-            box.low.z() -= bound;
-            box.high.z() += bound;
-            most_px = std::max(most_px, screen.error_in_view(box, bound));
-        }
-        if (most_px == 0.0) continue;
-        const double fade = 1.0 / std::sqrt(static_cast<double>(factor));
-        error_px =
-            std::max(error_px, threshold_px * morph.error_with_fade(most_px / threshold_px, fade));
-    }
-    return error_px;
-}
-
 void Triangulator::State::report(const ScreenError& screen, const Morph& morph) {
-    ResidualError residual;
-    for (const ResidualError& of_worker : residual_errors) residual.merge(of_worker);
-    const double threshold_px = screen.error_px_of(threshold);
-    const auto displayed = [&](double missing_px) {
-        return missing_px > 0.0 ? threshold_px * morph.error_with_missing(missing_px / threshold_px)
-                                : 0.0;
-    };
-    // The terms of docs/triangulation.md, step 7, in pixels; `active` is step 6. The heightfield that closes over
-    // omitted volumes has an error of its own.
-    const double active = threshold_px * morph.error_factor();
-    const double active_and_omitted = active + solids.left_out_px();
-    const double absent =
-        std::max({displayed(residual.absent), fading_error(screen, morph, threshold_px),
-                  solids.absent_px() > 0.0 ? active + solids.absent_px() : 0.0});
-    const double held = std::max(displayed(residual.held), solids.drawn_px());
-    const double finest = std::max(displayed(residual.finest), held);
-    const double target = settings.max_error_px;
-    const double morphing = threshold_px * residual.morphing;
-    mesh.error_px =
-        std::max({active_and_omitted, absent, finest, morphing}) * ScreenError::kRounding;
-    mesh.refinable_error_px =
-        std::max({active_and_omitted, absent, held, morphing}) * ScreenError::kRounding;
-    mesh.finest_error_m = residual.finest_m;
-    mesh.threshold_px = threshold_px;
-    if (mesh.error_px <= target) {
-        mesh.status = MeshStatus::error_met;
-    } else if (active_and_omitted * ScreenError::kRounding > target) {
-        mesh.status = MeshStatus::budget_reached;
-    } else if (absent * ScreenError::kRounding > target) {
-        mesh.status = MeshStatus::not_resident;
-    } else {
-        mesh.status = MeshStatus::finest_reached;
-    }
-    if (source->is_certified()) return;
-    mesh.error_px = mesh.refinable_error_px = mesh.finest_error_m = internal::kInfinity;
+    internal::ErrorParts parts;
+    for (const ResidualError& of_worker : residual_errors) parts.residual.merge(of_worker);
+    parts.fading = internal::fading_error(
+        *mesh.resident, keys.reaches(), screen, morph, threshold, [&](std::size_t index) {
+            const Chunk& chunk = *mesh.resident->chunks()[index];
+            return screen.least_key(keys.reach_of(screen, chunk), chunk.max_vertex_bound);
+        });
+    parts.left_out = solids.left_out_px();
+    parts.absent_solids = solids.absent_px();
+    parts.drawn_solids = solids.drawn_px();
+    internal::report_error(screen, morph, threshold, settings.max_error_px, source->is_certified(),
+                           parts, mesh);
 }
 
 const char* name_of(MeshStatus status) {

@@ -32,6 +32,20 @@ std::string difference(const TerrainMesh& a, const TerrainMesh& b) {
             << " of " << b.chunks.size();
         return out.str();
     }
+    if (a.threshold_px != b.threshold_px) {
+        out << "threshold " << a.threshold_px << " or " << b.threshold_px;
+        return out.str();
+    }
+    // the device's error is an upper bound
+    const auto is_bound = [](double cpu, double gpu) { return cpu == gpu || (cpu <= gpu && gpu <= 1.001 * cpu); };
+    if (!is_bound(a.error_px, b.error_px) || !is_bound(a.refinable_error_px, b.refinable_error_px) ||
+        !is_bound(a.finest_error_m, b.finest_error_m) || a.status != b.status) {
+        out.precision(12);
+        out << "error " << a.error_px << " or " << b.error_px << ", refinable " << a.refinable_error_px << " or "
+            << b.refinable_error_px << ", finest " << a.finest_error_m << " or " << b.finest_error_m << ", "
+            << name_of(a.status) << " or " << name_of(b.status);
+        return out.str();
+    }
     if (!std::ranges::equal(a.indices, b.indices)) return "indices";
     for (std::size_t i = 0; i < a.chunks.size(); ++i) {
         const MeshChunk &x = a.chunks[i], &y = b.chunks[i];
