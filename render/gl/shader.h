@@ -28,8 +28,8 @@ extern const std::string_view shadow_glsl, water_glsl, imagery_glsl, mesh_shadow
 extern const std::string_view impostor_shadow_vert, impostor_shadow_frag;
 extern const std::string_view ground_material_glsl;
 extern const std::string_view lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_morph_glsl;
-extern const std::string_view lod_coarse_glsl, lod_error_glsl, lod_error_comp,
-    lod_coarse_error_comp;
+extern const std::string_view lod_coarse_glsl, lod_error_glsl, lod_cells_glsl;
+extern const std::string_view lod_error_least_comp, lod_error_comp, lod_coarse_error_comp;
 extern const std::string_view lod_open_comp, lod_scan_comp, lod_list_comp, lod_coarse_comp;
 extern const std::string_view lod_coarse_trim_comp;
 extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_count_keys_comp;

@@ -1,4 +1,4 @@
-// Triangles of each open area: one group for each area.
+// Squares and number of triangles of each open area: one group for each area.
 layout(local_size_x = 64) in;
 shared uint total;
 
@@ -7,7 +7,9 @@ void main() {
     const uint square = gl_LocalInvocationID.x;
     if (square == 0u) total = 0u;
     barrier();
-    if (bit_of(a.slot, kCentre, square)) atomicAdd(total, triangles_of(word_of(a, square)));
+    const uint word = bit_of(a.slot, kCentre, square) ? word_of(a, square) : kNone;
+    work[square_base.x + 64u * a.slot + square] = word;
+    if (word != kNone) atomicAdd(total, triangles_of(word));
     barrier();
     if (square == 0u) work[bases.w + a.slot] = total;
 }

@@ -3,11 +3,10 @@ layout(local_size_x = 64) in;
 shared uint sums[64];
 
 void main() {
-    const Area a = area_at(gl_WorkGroupID.x);
+    const uint slot = gl_WorkGroupID.x;
     const uint square = gl_LocalInvocationID.x;
-    const bool is_active = bit_of(a.slot, kCentre, square);
-    const uint word = is_active ? word_of(a, square) : 0u;
-    const uint own = is_active ? triangles_of(word) : 0u;
+    const uint word = stored_word(slot, square);
+    const uint own = word != kNone ? triangles_of(word) : 0u;
     sums[square] = own;
     barrier();
     for (uint step = 1u; step < 64u; step <<= 1) {
@@ -16,7 +15,7 @@ void main() {
         sums[square] += before;
         barrier();
     }
-    if (!is_active) return;
+    if (word == kNone) return;
     const uint column = 2u * (square & 7u) + 1u, row = 2u * (square >> 3) + 1u;
-    write_square(word, a.slot * kAreaOffsets + row * 17u + column, 17, 1, 3u * (work[bases.w + a.slot] + sums[square] - own));
+    write_square(word, slot * kAreaOffsets + row * 17u + column, 17, 1, 3u * (work[bases.w + slot] + sums[square] - own));
 }

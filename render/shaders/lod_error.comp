@@ -1,36 +1,40 @@
 // Residual errors of the open areas: one group for each area.
 layout(local_size_x = 64) in;
 
-void visit_cells(Area a, uint square) {
-    const uint area_column = a.area & 7u, area_row = a.area >> 3;
-    const uint child = child_of(a.chunk, area_column / 4u + 2u * (area_row / 4u));
-    // chunks with a fade of 0 have an infinite key
-    const bool is_absent = child == kNone || isinf(least_key(child));
-    const bool is_finest = level_of(a.chunk) == options.z;
-    if (!is_absent || !bit_of(a.slot, kCentre, square)) return;
+// Whether any part of an area is in view
+bool is_in_view(Area a) {
     const uint words = vertex_words(a.chunk);
     const float largest = uintBitsToFloat(vertices[words + kCellBoundsWord + a.area]);
-    const uint error = is_finest ? kFinestError : kAbsentError;
-    const int west = int(area_column) * 16, south = int(area_row) * 16;
+    const int west = int(a.area & 7u) * 16, south = int(a.area >> 3) * 16;
     const double low = origin_quantum.z * double(int(vertices[words + kAreaHeightsWord + 2u * a.area]));
     const double high = origin_quantum.z * double(int(vertices[words + kAreaHeightsWord + 2u * a.area + 1u]));
-    const double per_metre =
-        ratio_of_box(dvec3(x_over_eye(a.chunk, west), y_over_eye(a.chunk, south), low - eye_spacing.z - double(largest)),
-                     dvec3(x_over_eye(a.chunk, west + 16), y_over_eye(a.chunk, south + 16),
-                           high - eye_spacing.z + double(largest)));
-    if (!(per_metre > 0.0lf)) return;
-    const uint word = word_of(a, square);
+    return ratio_of_box(dvec3(x_over_eye(a.chunk, west), y_over_eye(a.chunk, south), low - eye_spacing.z - double(largest)),
+                        dvec3(x_over_eye(a.chunk, west + 16), y_over_eye(a.chunk, south + 16),
+                              high - eye_spacing.z + double(largest))) > 0.0lf;
+}
+
+void visit_cells(Area a, uint square) {
+    Cells cells;
+    if (!find_cells(a, square, cells)) return;
+    const uint least = cells.error == kFinestError ? kFinestLeast : kAbsentLeast;
+    float metres = uintBitsToFloat(state[kResiduals + kFinestMetres]);
     for (int k = 0; k < 4; ++k) {
-        // a quarter is drawn as a cell if both of its sides are split
-        const bool is_cell = (word >> k & 1u) != 0u && (word >> (k + 3 & 3) & 1u) != 0u && (word >> (4 + k) & 1u) == 0u;
-        if (!is_cell) continue;
-        const int column = west + 2 * int(square & 7u) + (k == 1 || k == 2 ? 1 : 0);
-        const int row = south + 2 * int(square >> 3) + (k >= 2 ? 1 : 0);
-        const float bound =
-            intBitsToFloat(heights[slot_of(a.chunk) * kHeightWords + kSamples + uint(row * 128 + column)]);
-        if (is_finest) raise(kFinestMetres, bound);
-        if (rounded_up(double(bound) * double(bound) * per_metre) > uintBitsToFloat(state[kResiduals + error]))
-            raise(error, rounded_up(ratio_of_square(a.chunk, column, row, 1, double(bound))));
+        if (!is_cell(cells.word, k)) continue;
+        const ivec2 cell = cell_of(cells, k);
+        const float bound = bound_of_cell(a.chunk, cell);
+        if (cells.error == kFinestError && bound > metres && is_in_view(a)) {
+            metres = bound;
+            raise(kFinestMetres, bound);
+        }
+        vec3 low, high, corner;
+        corners_of(a.chunk, cell, low, high, corner);
+        const vec3 far = max(abs(low), abs(high));
+        const float slack = bound + 1e-5 * (far.x + far.y + far.z);
+        const vec3 gap = max(max(low - slack, -high - slack), vec3(0.0));
+        // rounded up
+        const float ratio = 1.0001 * bound * bound / max(dot(gap, gap), 0.9999 * least_squared());
+        if (ratio <= uintBitsToFloat(max(state[kResiduals + least], state[kResiduals + cells.error]))) continue;
+        raise(cells.error, rounded_up(ratio_of_square(a.chunk, cell.x, cell.y, 1, double(bound))));
     }
 }
 

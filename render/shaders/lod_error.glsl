@@ -19,6 +19,7 @@ void raise(uint residual, float value) {
     if (value > uintBitsToFloat(state[kResiduals + residual])) atomicMax(state[kResiduals + residual], floatBitsToUint(value));
 }
 const uint kAbsentError = 0u, kHeldError = 1u, kFinestError = 2u, kFinestMetres = 3u, kMorphingError = 4u;
+const uint kAbsentLeast = 5u, kFinestLeast = 6u;  // lower bounds
 
 double near_squared(double gap_squared, double slack) {
     const double distance = max(root_of(gap_squared) - slack, 0.0lf);

@@ -53,7 +53,7 @@ void main() {
     for (uint bin = i; bin < kBinCount; bin += 1024u) state[kBins + bin] = 0u;
     if (i == 0u) {
         state[kThreshold] = 0u;
-        for (uint residual = 0u; residual < 5u; ++residual) state[kResiduals + residual] = 0u;
+        for (uint residual = 0u; residual < 7u; ++residual) state[kResiduals + residual] = 0u;
         state[kBelow] = 0u;
         const uint low = floatBitsToUint(guess.x);
         state[kLow] = low;

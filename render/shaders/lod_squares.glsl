@@ -32,6 +32,8 @@ uint word_of(Area a, uint square) {
     if (bit_of(below, kCentre, first + 8u)) word |= 128u;
     return word;
 }
+// The words of an area's squares with an active centre, else kNone; written by lod_count.comp
+uint stored_word(uint slot, uint square) { return work[square_base.x + 64u * slot + square]; }
 uint triangles_of(uint word) { return 4u + bitCount(word & 15u) - 2u * bitCount(word >> 4); }
 
 // Vertices of a square's triangles, counter-clockwise from above, by steps from its centre. The order of make_shape() of

@@ -56,10 +56,10 @@ constexpr int kMostLevels = 25;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 // Words of state[]
-constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kResiduals = 14;
+constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kResiduals = 160;
 constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
-constexpr std::size_t kRootTriangles = 160 + 2048, kStateWords = kRootTriangles + kMostRoots;
+constexpr std::size_t kRootTriangles = 168 + 2048, kStateWords = kRootTriangles + kMostRoots;
 
 // As in Triangulator
 constexpr double kFirstFloor_px = 4096.0;
@@ -73,11 +73,11 @@ struct FrameBlock {
     std::array<double, 4> distances;
     std::array<std::array<float, 4>, 4> planes;
     std::array<float, 4> scalars, guess;
-    std::array<std::uint32_t, 4> counts, bases, more_bases, options;
+    std::array<std::uint32_t, 4> counts, bases, more_bases, options, square_base;
     std::array<std::uint32_t, 32> level_first;
     std::array<std::array<float, 4>, 33> reaches;
 };
-static_assert(sizeof(FrameBlock) == 64 + 160 + 64 + 32 + 64 + 128 + 528);
+static_assert(sizeof(FrameBlock) == 64 + 160 + 64 + 32 + 80 + 128 + 528);
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -129,7 +129,7 @@ struct GpuTriangulator::State {
     std::shared_ptr<const void> context;
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
-        coarse_morph, morph, tally, coarse_mesh, sum, emit, error, coarse_error;
+        coarse_morph, morph, tally, coarse_mesh, sum, emit, error_least, error, coarse_error;
     DeviceArray frame, chunks, vertices, heights, state, work, keys, offsets, indices;
 
     // chunks on the device
@@ -198,8 +198,10 @@ Result<void> GpuTriangulator::State::compile() {
                 make("lod_coarse_mesh", {lod_glsl, lod_squares_glsl, lod_coarse_mesh_comp}));
     TERRANE_TRY(sum, make("lod_sum", {lod_glsl, lod_sum_comp}));
     TERRANE_TRY(emit, make("lod_emit", {lod_glsl, lod_squares_glsl, lod_emit_comp}));
+    TERRANE_TRY(error_least, make("lod_error_least", {lod_glsl, lod_squares_glsl, lod_error_glsl,
+                                                      lod_cells_glsl, lod_error_least_comp}));
     TERRANE_TRY(error, make("lod_error", {lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_error_glsl,
-                                          lod_error_comp}));
+                                          lod_cells_glsl, lod_error_comp}));
     TERRANE_TRY(coarse_error, make("lod_coarse_error", {lod_glsl, lod_keys_glsl, lod_coarse_glsl,
                                                         lod_error_glsl, lod_coarse_error_comp}));
     return {};
@@ -348,10 +350,13 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
 
     area_capacity = std::max(area_capacity, kAreaCount * candidates);
     const std::size_t areas = area_capacity, count = all.size();
-    const std::array<std::size_t, 5> work_at{
-        3 * count, 3 * count + areas, 3 * count + areas + 64 * count,
-        3 * count + areas + 64 * count + 6 * areas, 3 * count + areas + 64 * count + 7 * areas};
-    work.reserve(4 * work_at[4], false);
+    const std::array<std::size_t, 6> work_at{3 * count,
+                                             3 * count + areas,
+                                             3 * count + areas + 64 * count,
+                                             3 * count + areas + 64 * count + 6 * areas,
+                                             3 * count + areas + 64 * count + 7 * areas,
+                                             3 * count + areas + 64 * count + 71 * areas};
+    work.reserve(4 * work_at[5], false);
     const std::size_t axes_at = kAreaKeys * areas + 128 * count + kCoarse * root_count;
     keys.reserve(4 * (axes_at + 2 * kChunkSamples * count), false);
     offsets.reserve(4 * (kAreaOffsets * areas + kCoarse * root_count), false);
@@ -392,6 +397,7 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
                         word(kAreaOffsets * areas), word(bounds_at)};
     block.options = {word(static_cast<std::size_t>(lattice.finest_level) + 1), morphs ? 1u : 0u,
                      word(static_cast<std::size_t>(lattice.finest_level)), word(axes_at)};
+    block.square_base = {word(work_at[4]), 0, 0, 0};
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
         block.reaches[i] = {reaches.centre[i].half_width, reaches.centre[i].half_height,
                             reaches.midpoint[i].half_width, reaches.midpoint[i].half_height};
@@ -457,6 +463,7 @@ void GpuTriangulator::State::triangulate() {
     glProgramUniform1i(coarse_mesh.name(), 0, 1);
     run(coarse_mesh, root_count);
     run_areas(emit);
+    run_areas(error_least);
     run_areas(error);
     run(coarse_error, (kCoarse * root_count + 63) / 64);
 }
