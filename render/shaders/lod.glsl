@@ -14,7 +14,7 @@ layout(std140, binding = 0) uniform Frame {
     uvec4 bases;           // in work[]: list of areas, slots of areas, masks, counts
     uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in vertices[]: coarse bounds
     uvec4 options;         // levels, whether vertices morph, finest level; in keys[]: axes
-    uvec4 square_base;     // in work[]: squares
+    uvec4 last_bases;      // in work[]: squares, candidates; number of candidates that fit
     uvec4 level_first[8];  // first chunk of each level, and their number
     vec4 reaches[33];      // by log2 of the spacing: half width and height of a centre's, of a midpoint's
 };
@@ -52,7 +52,9 @@ const uint kLevelGroups = 20u;  // three words for each level
 const uint kAllGroups = 96u;    // three words
 const uint kLevelAreas = 100u;  // first area of each level, and their number
 const uint kSearchGroups = 128u, kPickGroups = 144u;  // three words for each step of the selection
-const uint kBins = 168u;
+const uint kCandidates = 168u;    // number of candidates of lod_error.comp
+const uint kErrorGroups = 169u;   // three words
+const uint kBins = 176u;
 const uint kBinCount = 2048u;
 const uint kRootTriangles = kBins + kBinCount;  // first triangle of each root's coarse triangles; 4096 roots at most
 

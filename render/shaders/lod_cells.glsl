@@ -35,7 +35,3 @@ void corners_of(uint chunk, ivec2 cell, out vec3 low, out vec3 high, out vec3 co
     high = vec3(position_of(chunk, 0u, uint(cell.x) + 1u), position_of(chunk, 1u, uint(cell.y) + 1u),
                 z0 + max(max(rise.x, rise.y), max(rise.z, 0.0)));
 }
-float least_squared() {
-    const float least = max(float(origin_quantum.w), float(distances.x));
-    return least * least;
-}

@@ -8,7 +8,7 @@ void main() {
     if (square == 0u) total = 0u;
     barrier();
     const uint word = bit_of(a.slot, kCentre, square) ? word_of(a, square) : kNone;
-    work[square_base.x + 64u * a.slot + square] = word;
+    work[last_bases.x + 64u * a.slot + square] = word;
     if (word != kNone) atomicAdd(total, triangles_of(word));
     barrier();
     if (square == 0u) work[bases.w + a.slot] = total;

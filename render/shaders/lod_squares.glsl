@@ -33,7 +33,7 @@ uint word_of(Area a, uint square) {
     return word;
 }
 // The words of an area's squares with an active centre, else kNone; written by lod_count.comp
-uint stored_word(uint slot, uint square) { return work[square_base.x + 64u * slot + square]; }
+uint stored_word(uint slot, uint square) { return work[last_bases.x + 64u * slot + square]; }
 uint triangles_of(uint word) { return 4u + bitCount(word & 15u) - 2u * bitCount(word >> 4); }
 
 // Vertices of a square's triangles, counter-clockwise from above, by steps from its centre. The order of make_shape() of

@@ -59,7 +59,8 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kResiduals = 160;
 constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
-constexpr std::size_t kRootTriangles = 168 + 2048, kStateWords = kRootTriangles + kMostRoots;
+constexpr std::size_t kErrorGroups = 169, kRootTriangles = 176 + 2048,
+                      kStateWords = kRootTriangles + kMostRoots;
 
 // As in Triangulator
 constexpr double kFirstFloor_px = 4096.0;
@@ -73,7 +74,7 @@ struct FrameBlock {
     std::array<double, 4> distances;
     std::array<std::array<float, 4>, 4> planes;
     std::array<float, 4> scalars, guess;
-    std::array<std::uint32_t, 4> counts, bases, more_bases, options, square_base;
+    std::array<std::uint32_t, 4> counts, bases, more_bases, options, last_bases;
     std::array<std::uint32_t, 32> level_first;
     std::array<std::array<float, 4>, 33> reaches;
 };
@@ -129,7 +130,8 @@ struct GpuTriangulator::State {
     std::shared_ptr<const void> context;
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
-        coarse_morph, morph, tally, coarse_mesh, sum, emit, error_least, error, coarse_error;
+        coarse_morph, morph, tally, coarse_mesh, sum, emit, error_least, find_candidates,
+        coarse_candidates, error;
     DeviceArray frame, chunks, vertices, heights, state, work, keys, offsets, indices;
 
     // chunks on the device
@@ -200,10 +202,13 @@ Result<void> GpuTriangulator::State::compile() {
     TERRANE_TRY(emit, make("lod_emit", {lod_glsl, lod_squares_glsl, lod_emit_comp}));
     TERRANE_TRY(error_least, make("lod_error_least", {lod_glsl, lod_squares_glsl, lod_error_glsl,
                                                       lod_cells_glsl, lod_error_least_comp}));
-    TERRANE_TRY(error, make("lod_error", {lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_error_glsl,
-                                          lod_cells_glsl, lod_error_comp}));
-    TERRANE_TRY(coarse_error, make("lod_coarse_error", {lod_glsl, lod_keys_glsl, lod_coarse_glsl,
-                                                        lod_error_glsl, lod_coarse_error_comp}));
+    TERRANE_TRY(find_candidates,
+                make("lod_candidates", {lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_error_glsl,
+                                        lod_cells_glsl, lod_candidates_comp}));
+    TERRANE_TRY(coarse_candidates,
+                make("lod_coarse_candidates", {lod_glsl, lod_keys_glsl, lod_coarse_glsl,
+                                               lod_error_glsl, lod_coarse_candidates_comp}));
+    TERRANE_TRY(error, make("lod_error", {lod_glsl, lod_error_glsl, lod_error_comp}));
     return {};
 }
 
@@ -356,7 +361,8 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
                                              3 * count + areas + 64 * count + 6 * areas,
                                              3 * count + areas + 64 * count + 7 * areas,
                                              3 * count + areas + 64 * count + 71 * areas};
-    work.reserve(4 * work_at[5], false);
+    constexpr std::size_t kMostCandidates = 1 << 16, kCandidateWords = 3;
+    work.reserve(4 * (work_at[5] + kCandidateWords * kMostCandidates), false);
     const std::size_t axes_at = kAreaKeys * areas + 128 * count + kCoarse * root_count;
     keys.reserve(4 * (axes_at + 2 * kChunkSamples * count), false);
     offsets.reserve(4 * (kAreaOffsets * areas + kCoarse * root_count), false);
@@ -397,7 +403,7 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
                         word(kAreaOffsets * areas), word(bounds_at)};
     block.options = {word(static_cast<std::size_t>(lattice.finest_level) + 1), morphs ? 1u : 0u,
                      word(static_cast<std::size_t>(lattice.finest_level)), word(axes_at)};
-    block.square_base = {word(work_at[4]), 0, 0, 0};
+    block.last_bases = {word(work_at[4]), word(work_at[5]), word(kMostCandidates), 0};
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
         block.reaches[i] = {reaches.centre[i].half_width, reaches.centre[i].half_height,
                             reaches.midpoint[i].half_width, reaches.midpoint[i].half_height};
@@ -464,8 +470,11 @@ void GpuTriangulator::State::triangulate() {
     run(coarse_mesh, root_count);
     run_areas(emit);
     run_areas(error_least);
-    run_areas(error);
-    run(coarse_error, (kCoarse * root_count + 63) / 64);
+    run_areas(find_candidates);
+    run(coarse_candidates, (kCoarse * root_count + 63) / 64);
+    glUseProgram(error.name());
+    glDispatchComputeIndirect(4 * kErrorGroups);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
 // Reports error and status of the mesh: waits for the device.

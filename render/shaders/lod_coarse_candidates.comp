@@ -1,4 +1,4 @@
-// Residual errors of the roots' vertices of coarser spacings.
+// Lists the roots' vertices of coarser spacings that are held.
 layout(local_size_x = 64) in;
 
 void main() {
