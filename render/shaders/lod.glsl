@@ -14,7 +14,8 @@ layout(std140, binding = 0) uniform Frame {
     uvec4 bases;           // in work[]: list of areas, slots of areas, masks, counts
     uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in vertices[]: coarse bounds
     uvec4 options;         // levels, whether vertices morph, finest level; in keys[]: axes
-    uvec4 last_bases;      // in work[]: squares, candidates; number of candidates that fit
+    uvec4 last_bases;      // in work[]: squares, candidates, lists of areas; number of candidates that fit
+    uvec4 capacity;        // areas that fit
     uvec4 level_first[8];  // first chunk of each level, and their number
     vec4 reaches[33];      // by log2 of the spacing: half width and height of a centre's, of a midpoint's
 };
@@ -54,7 +55,9 @@ const uint kLevelAreas = 100u;  // first area of each level, and their number
 const uint kSearchGroups = 128u, kPickGroups = 144u;  // three words for each step of the selection
 const uint kCandidates = 168u;    // number of candidates of lod_error.comp
 const uint kErrorGroups = 169u;   // three words
-const uint kBins = 176u;
+const uint kHeldGroups = 172u, kCellGroups = 175u;  // three words: areas with held vertices, with cells of lod_cells.glsl
+const uint kSlope = 178u;          // bits of the slope of morphs
+const uint kBins = 184u;
 const uint kBinCount = 2048u;
 const uint kRootTriangles = kBins + kBinCount;  // first triangle of each root's coarse triangles; 4096 roots at most
 
@@ -84,7 +87,8 @@ double header(uint chunk, uint word) {
     return packDouble2x32(uvec2(vertices[at], vertices[at + 1u]));
 }
 
-const uint kEndsSouth = 64u, kEndsWest = 128u, kHeld = 256u;  // of an area in the list
+// Flags of an area in the list: at the world's border; with a held vertex, see OpenChunk::held_areas
+const uint kEndsSouth = 64u, kEndsWest = 128u, kHeld = 256u;
 const float kNestMargin = 1.0 + 1.0 / 512.0;
 
 // Work of a chunk: bits of its open areas, index of the first
@@ -96,11 +100,10 @@ uint slot_of_area(uint chunk, uint area) { return work[bases.y + 64u * chunk + a
 struct Area {
     uint slot, chunk, area;
     bool ends_south, ends_west;  // at the world's border
-    bool is_held;                // whether it has a held vertex: see OpenChunk::held_areas
 };
 Area area_at(uint slot) {
     const uint entry = work[bases.x + slot];
-    return Area(slot, entry >> 9, entry & 63u, (entry & kEndsSouth) != 0u, (entry & kEndsWest) != 0u, (entry & kHeld) != 0u);
+    return Area(slot, entry >> 9, entry & 63u, (entry & kEndsSouth) != 0u, (entry & kEndsWest) != 0u);
 }
 
 int low_half(uint word) { return bitfieldExtract(int(word), 0, 16); }

@@ -1,4 +1,4 @@
-// Cells that are drawn undivided over an absent child, or at the finest spacing.
+// Cells that are drawn undivided over an absent child, or at the finest spacing; of the areas that lod_count.comp lists.
 struct Cells {
     uint error;     // of lod_error.glsl
     uint word;      // of the square
@@ -6,14 +6,12 @@ struct Cells {
 };
 // False if the square has none
 bool find_cells(Area a, uint square, out Cells cells) {
-    const uint child = child_of(a.chunk, (a.area & 7u) / 4u + 2u * ((a.area >> 3) / 4u));
-    // chunks with a fade of 0 have an infinite key
-    const bool is_absent = child == kNone || isinf(least_key(child));
     cells.error = level_of(a.chunk) == options.z ? kFinestError : kAbsentError;
-    cells.word = is_absent ? stored_word(a.slot, square) : kNone;
+    cells.word = stored_word(a.slot, square);
     cells.corner = ivec2((a.area & 7u) * 16u + 2u * (square & 7u), (a.area >> 3) * 16u + 2u * (square >> 3));
     return cells.word != kNone;
 }
+Area area_of_cells() { return area_at(work[last_bases.z + capacity.x + gl_WorkGroupID.x]); }
 // A quarter is drawn as a cell if both of its sides are split.
 bool is_cell(uint word, int k) {
     return (word >> k & 1u) != 0u && (word >> (k + 3 & 3) & 1u) != 0u && (word >> (4 + k) & 1u) == 0u;

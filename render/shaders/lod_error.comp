@@ -168,7 +168,7 @@ void find_vertex_error(uint chunk, int column, int row, int stride, float invers
 
 void main() {
     const uint number = gl_GlobalInvocationID.x;
-    if (number >= min(state[kCandidates], last_bases.z)) return;
+    if (number >= min(state[kCandidates], last_bases.w)) return;
     const uint at = last_bases.y + kCandidateWords * number;
     const uint chunk = work[at] >> 1, place = work[at + 1u];
     const int column = int(place & 255u), row = int(place >> 8 & 255u), stride = int(place >> 16);

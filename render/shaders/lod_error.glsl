@@ -14,7 +14,7 @@ const uint kCandidateWords = 3u, kErrorGroupSize = 32u;
 // False if the list is full
 bool add_candidate(uint kind, uint chunk, int column, int row, int stride, float bound) {
     const uint number = atomicAdd(state[kCandidates], 1u);
-    if (number >= last_bases.z) return false;
+    if (number >= last_bases.w) return false;
     const uint at = last_bases.y + kCandidateWords * number;
     work[at] = chunk << 1 | kind;
     work[at + 1u] = uint(column) | uint(row) << 8 | uint(stride) << 16;

@@ -1,10 +1,10 @@
-// A lower bound of the residual errors of cells, which spares the exact errors of nearly all: one group for each area. The
-// error of a cell is at least that at its corner, if the corner is in view.
+// A lower bound of the residual errors of cells, which spares the exact errors of nearly all: one group for each listed
+// area. The error of a cell is at least that at its corner, if the corner is in view.
 layout(local_size_x = 64) in;
 shared uint most;
 
 void main() {
-    const Area a = area_at(gl_WorkGroupID.x);
+    const Area a = area_of_cells();
     if (gl_LocalInvocationID.x == 0u) most = 0u;
     barrier();
     Cells cells;

@@ -87,9 +87,10 @@ float own_key_of(Area a, uint kind, uint square, float x, float y, float half_wi
                    upper_half_at(words + 32u * kind, square));
 }
 
-// The key of a vertex, raised to its parents'; notes in the list of areas whether it is thereby held.
+// The key of a vertex, raised to its parents'; lists the area if the vertex is thereby held.
 float raised(Area a, float key, float parents) {
     precise float nested = key * kNestMargin;
-    if (key < scalars.z && nested < parents) atomicOr(work[bases.x + a.slot], kHeld);
+    if (key < scalars.z && nested < parents && (atomicOr(work[bases.x + a.slot], kHeld) & kHeld) == 0u)
+        work[last_bases.z + atomicAdd(state[kHeldGroups], 1u)] = a.slot;
     return max_of(key, parents);
 }

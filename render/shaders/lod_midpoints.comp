@@ -27,7 +27,7 @@ void find_side(Area a, uint side, uint i, float unit, float base) {
     precise float faded = fade_factor(a.chunk) * own;
     const uint inside = side == kEast ? i * 8u + 7u : 56u + i;
     const float parent = is_at_border(a.chunk, side) ? key_of_area(a.slot, kCentre, inside) : kNever;
-    keys[more_bases.x + a.chunk * 128u + (side == kNorth ? 64u : 0u) + along] = max_of(faded, parent);
+    keys[more_bases.x + a.chunk * 128u + (side == kNorth ? 64u : 0u) + along] = raised(a, faded, parent);
 }
 
 void main() {

@@ -2,7 +2,6 @@
 layout(local_size_x = 64) in;
 layout(location = 0) uniform uint level;
 shared float coarse[81];  // of the even samples, 9 x 9
-shared float slope;
 
 float rise_of(uint chunk, uint area, uint kind, uint square) {
     const uint words = vertex_words(chunk) + area * kAreaWords;
@@ -12,6 +11,7 @@ float rise_of(uint chunk, uint area, uint kind, uint square) {
 
 // Offset of a midpoint on the eastern or northern side, which the adjacent area owns
 float side_offset(Area a, uint side, uint i) {
+    const float slope = morph_slope();
     const uint column = a.area & 7u, row = a.area >> 3;
     const bool is_east = side == kEast, leaves = is_east ? column == 7u : row == 7u;
     float key, rise;
@@ -39,7 +39,7 @@ void main() {
     const uint masks = bases.z + 6u * a.slot;
     if ((work[masks] | work[masks + 1u]) == 0u) return;
     const uint square = gl_LocalInvocationID.x;
-    if (square == 0u) slope = morph_slope();
+    const float slope = morph_slope();
     const uint area_column = a.area & 7u, area_row = a.area >> 3;
     uint first = kNone;
     if (!is_root(a.chunk)) {

@@ -1,22 +1,6 @@
 // Offsets of vertices: see morph_offset() of terrain/lod/key_kernels.h.
 
-// full / threshold, rounded as a division: the quotient with the least remainder. Products of two floats are exact in double.
-float morph_slope() {
-    const float full = scalars.w, divisor = threshold();
-    precise float guess = full * reciprocal(divisor);
-    float best = guess;
-    double least = abs(double(full) - double(best) * double(divisor));
-    for (int step = -4; step <= 4; ++step) {
-        const float quotient = intBitsToFloat(floatBitsToInt(guess) + step);
-        precise double product = double(quotient) * double(divisor);
-        precise double remainder = abs(double(full) - product);
-        if (remainder < least) {
-            least = remainder;
-            best = quotient;
-        }
-    }
-    return best;
-}
+float morph_slope() { return uintBitsToFloat(state[kSlope]); }
 float share_less_one(float key, float slope) {
     precise float product = slope * key;
     precise float wanted = max_of(scalars.w - product, 0.0);

@@ -55,8 +55,10 @@ void main() {
         state[kThreshold] = 0u;
         for (uint residual = 0u; residual < 7u; ++residual) state[kResiduals + residual] = 0u;
         state[kBelow] = 0u;
-        state[kCandidates] = state[kErrorGroups] = 0u;
+        state[kCandidates] = state[kErrorGroups] = state[kHeldGroups] = state[kCellGroups] = 0u;
         state[kErrorGroups + 1u] = state[kErrorGroups + 2u] = 1u;
+        state[kHeldGroups + 1u] = state[kHeldGroups + 2u] = 1u;
+        state[kCellGroups + 1u] = state[kCellGroups + 2u] = 1u;
         const uint low = floatBitsToUint(guess.x);
         state[kLow] = low;
         state[kHigh] = min(low + (kBinCount << kWindowShift), floatBitsToUint(scalars.z));

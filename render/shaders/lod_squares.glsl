@@ -32,8 +32,31 @@ uint word_of(Area a, uint square) {
     if (bit_of(below, kCentre, first + 8u)) word |= 128u;
     return word;
 }
-// The words of an area's squares with an active centre, else kNone; written by lod_count.comp
-uint stored_word(uint slot, uint square) { return work[last_bases.x + 64u * slot + square]; }
+// Squares of an area, written by lod_count.comp: bit i of mask 0 is set if the centre of square i is active, of mask 1 + k
+// if bit k of its word is set.
+uint square_mask(uint slot, uint mask, uint half_index) { return work[last_bases.x + 18u * slot + 2u * mask + half_index]; }
+// The word of a square with an active centre, else kNone
+uint stored_word(uint slot, uint square) {
+    const uint half_index = square >> 5, bit = square & 31u;
+    uint word = 0u;
+    for (uint k = 0u; k < 8u; ++k) word |= (square_mask(slot, 1u + k, half_index) >> bit & 1u) << k;
+    return (square_mask(slot, 0u, half_index) >> bit & 1u) != 0u ? word : kNone;
+}
+// Triangles of the squares before a square
+uint triangles_before(uint slot, uint square) {
+    const uint low = square < 32u ? (1u << square) - 1u : kNone, high = square < 32u ? 0u : (1u << (square - 32u)) - 1u;
+    uint count = 4u * (bitCount(square_mask(slot, 0u, 0u) & low) + bitCount(square_mask(slot, 0u, 1u) & high));
+    for (uint k = 1u; k <= 8u; ++k) {
+        const uint ones = bitCount(square_mask(slot, k, 0u) & low) + bitCount(square_mask(slot, k, 1u) & high);
+        count = k <= 4u ? count + ones : count - 2u * ones;
+    }
+    return count;
+}
+// Whether the chunk below an area is absent. Chunks with a fade of 0 have an infinite key.
+bool is_child_absent(Area a) {
+    const uint child = child_of(a.chunk, (a.area & 7u) / 4u + 2u * ((a.area >> 3) / 4u));
+    return child == kNone || isinf(least_key(child));
+}
 uint triangles_of(uint word) { return 4u + bitCount(word & 15u) - 2u * bitCount(word >> 4); }
 
 // Vertices of a square's triangles, counter-clockwise from above, by steps from its centre. The order of make_shape() of

@@ -59,8 +59,8 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kResiduals = 160;
 constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
-constexpr std::size_t kErrorGroups = 169, kRootTriangles = 176 + 2048,
-                      kStateWords = kRootTriangles + kMostRoots;
+constexpr std::size_t kErrorGroups = 169, kHeldGroups = 172, kCellGroups = 175;
+constexpr std::size_t kRootTriangles = 184 + 2048, kStateWords = kRootTriangles + kMostRoots;
 
 // As in Triangulator
 constexpr double kFirstFloor_px = 4096.0;
@@ -74,11 +74,11 @@ struct FrameBlock {
     std::array<double, 4> distances;
     std::array<std::array<float, 4>, 4> planes;
     std::array<float, 4> scalars, guess;
-    std::array<std::uint32_t, 4> counts, bases, more_bases, options, last_bases;
+    std::array<std::uint32_t, 4> counts, bases, more_bases, options, last_bases, capacity;
     std::array<std::uint32_t, 32> level_first;
     std::array<std::array<float, 4>, 33> reaches;
 };
-static_assert(sizeof(FrameBlock) == 64 + 160 + 64 + 32 + 80 + 128 + 528);
+static_assert(sizeof(FrameBlock) == 64 + 160 + 64 + 32 + 96 + 128 + 528);
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -130,8 +130,8 @@ struct GpuTriangulator::State {
     std::shared_ptr<const void> context;
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
-        coarse_morph, morph, tally, coarse_mesh, sum, emit, error_least, find_candidates,
-        coarse_candidates, error;
+        coarse_morph, morph, tally, coarse_mesh, sum, emit, slope, error_least, cell_candidates,
+        held_candidates, coarse_candidates, error;
     DeviceArray frame, chunks, vertices, heights, state, work, keys, offsets, indices;
 
     // chunks on the device
@@ -165,9 +165,8 @@ struct GpuTriangulator::State {
     void upload_table();
     void prepare(const ScreenError& screen, const View& view, float floor,
                  std::span<const TriangleDemand> others);
-    void run_levels(const GlProgram& program);
-    void run_areas(const GlProgram& program);
     static void run(const GlProgram& program, std::size_t groups);
+    void run_indirect(const GlProgram& program, std::size_t word) const;
     void select();
     void triangulate();
     void report(const ScreenError& screen, std::span<const TriangleDemand> others);
@@ -202,9 +201,13 @@ Result<void> GpuTriangulator::State::compile() {
     TERRANE_TRY(emit, make("lod_emit", {lod_glsl, lod_squares_glsl, lod_emit_comp}));
     TERRANE_TRY(error_least, make("lod_error_least", {lod_glsl, lod_squares_glsl, lod_error_glsl,
                                                       lod_cells_glsl, lod_error_least_comp}));
-    TERRANE_TRY(find_candidates,
-                make("lod_candidates", {lod_glsl, lod_keys_glsl, lod_squares_glsl, lod_error_glsl,
-                                        lod_cells_glsl, lod_candidates_comp}));
+    TERRANE_TRY(cell_candidates,
+                make("lod_cell_candidates", {lod_glsl, lod_squares_glsl, lod_error_glsl,
+                                             lod_cells_glsl, lod_cell_candidates_comp}));
+    TERRANE_TRY(held_candidates,
+                make("lod_held_candidates",
+                     {lod_glsl, lod_keys_glsl, lod_error_glsl, lod_held_candidates_comp}));
+    TERRANE_TRY(slope, make("lod_slope", {lod_glsl, lod_keys_glsl, lod_slope_comp}));
     TERRANE_TRY(coarse_candidates,
                 make("lod_coarse_candidates", {lod_glsl, lod_keys_glsl, lod_coarse_glsl,
                                                lod_error_glsl, lod_coarse_candidates_comp}));
@@ -360,9 +363,10 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
                                              3 * count + areas + 64 * count,
                                              3 * count + areas + 64 * count + 6 * areas,
                                              3 * count + areas + 64 * count + 7 * areas,
-                                             3 * count + areas + 64 * count + 71 * areas};
+                                             3 * count + areas + 64 * count + 25 * areas};
     constexpr std::size_t kMostCandidates = 1 << 16, kCandidateWords = 3;
-    work.reserve(4 * (work_at[5] + kCandidateWords * kMostCandidates), false);
+    const std::size_t lists_at = work_at[5] + kCandidateWords * kMostCandidates;
+    work.reserve(4 * (lists_at + 2 * areas), false);
     const std::size_t axes_at = kAreaKeys * areas + 128 * count + kCoarse * root_count;
     keys.reserve(4 * (axes_at + 2 * kChunkSamples * count), false);
     offsets.reserve(4 * (kAreaOffsets * areas + kCoarse * root_count), false);
@@ -403,7 +407,8 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
                         word(kAreaOffsets * areas), word(bounds_at)};
     block.options = {word(static_cast<std::size_t>(lattice.finest_level) + 1), morphs ? 1u : 0u,
                      word(static_cast<std::size_t>(lattice.finest_level)), word(axes_at)};
-    block.last_bases = {word(work_at[4]), word(work_at[5]), word(kMostCandidates), 0};
+    block.last_bases = {word(work_at[4]), word(work_at[5]), word(lists_at), word(kMostCandidates)};
+    block.capacity = {word(areas), 0, 0, 0};
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
         block.reaches[i] = {reaches.centre[i].half_width, reaches.centre[i].half_height,
                             reaches.midpoint[i].half_width, reaches.midpoint[i].half_height};
@@ -418,9 +423,10 @@ void GpuTriangulator::State::run(const GlProgram& program, std::size_t groups) {
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
 }
 
-void GpuTriangulator::State::run_areas(const GlProgram& program) {
+// As run(), with the number of groups in a word of the state.
+void GpuTriangulator::State::run_indirect(const GlProgram& program, std::size_t word) const {
     glUseProgram(program.name());
-    glDispatchComputeIndirect(4 * kAllGroups);
+    glDispatchComputeIndirect(static_cast<GLintptr>(4 * word));
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
 }
 
@@ -434,46 +440,41 @@ void GpuTriangulator::State::select() {
     run(coarse_trim, 1);
     for (std::uint32_t level = 0; level < block.options[0]; ++level) {
         for (const GlProgram* program : {&centres, &midpoints}) {
-            glUseProgram(program->name());
-            glUniform1ui(0, level);
-            glDispatchComputeIndirect(static_cast<GLintptr>(4 * (kLevelGroups + 3 * level)));
-            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+            glProgramUniform1ui(program->name(), 0, level);
+            run_indirect(*program, kLevelGroups + 3 * level);
         }
     }
     for (std::uint32_t step = 0; step < kSearchSteps; ++step) {
         for (const auto& [program, groups] :
              {std::pair{&count_keys, kSearchGroups}, std::pair{&pick, kPickGroups}}) {
-            glUseProgram(program->name());
-            glUniform1ui(0, step);
-            glDispatchComputeIndirect(static_cast<GLintptr>(4 * (groups + 3 * step)));
-            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT);
+            glProgramUniform1ui(program->name(), 0, step);
+            run_indirect(*program, groups + 3 * step);
         }
     }
 }
 
 void GpuTriangulator::State::triangulate() {
-    run_areas(masks);
+    run_indirect(masks, kAllGroups);
     if (block.options[1] != 0) {
+        run(slope, 1);
         run(coarse_morph, root_count);
-        glUseProgram(morph.name());
         for (std::uint32_t level = 0; level < block.options[0]; ++level) {
-            glUniform1ui(0, level);
-            glDispatchComputeIndirect(static_cast<GLintptr>(4 * (kLevelGroups + 3 * level)));
-            glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+            glProgramUniform1ui(morph.name(), 0, level);
+            run_indirect(morph, kLevelGroups + 3 * level);
         }
     }
-    run_areas(tally);
+    run_indirect(tally, kAllGroups);
     glProgramUniform1i(coarse_mesh.name(), 0, 0);
     run(coarse_mesh, root_count);
     run(sum, 1);
     glProgramUniform1i(coarse_mesh.name(), 0, 1);
     run(coarse_mesh, root_count);
-    run_areas(emit);
-    run_areas(error_least);
-    run_areas(find_candidates);
+    run_indirect(emit, kAllGroups);
+    run_indirect(error_least, kCellGroups);
+    run_indirect(cell_candidates, kCellGroups);
+    run_indirect(held_candidates, kHeldGroups);
     run(coarse_candidates, (kCoarse * root_count + 63) / 64);
-    glUseProgram(error.name());
-    glDispatchComputeIndirect(4 * kErrorGroups);
+    run_indirect(error, kErrorGroups);
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
