@@ -6,6 +6,7 @@ layout(std140, binding = 0) uniform Frame {
     dvec4 eye_spacing;     // the eye, world; spacing of the finest level
     dvec4 origin_quantum;  // the lattice's origin; quantum; near distance
     dvec4 normals[4];      // inward normals of the view's side planes
+    dvec4 eye_lattice;     // the eye's lattice point: see EyeFrame
     dvec4 distances;       // to the true surface at least; threshold and share of morphs: see lod_error.glsl
     vec4 planes[4];        // the normals
     vec4 scalars;          // square of the near distance, near distance, floor, full of the morph
@@ -15,7 +16,7 @@ layout(std140, binding = 0) uniform Frame {
     uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in vertices[]: coarse bounds
     uvec4 options;         // levels, whether vertices morph, finest level; in keys[]: axes
     uvec4 last_bases;      // in work[]: squares, candidates, lists of areas; number of candidates that fit
-    uvec4 capacity;        // areas that fit
+    uvec4 capacity;        // areas that fit; in work[]: places
     uvec4 level_first[8];  // first chunk of each level, and their number
     vec4 reaches[33];      // by log2 of the spacing: half width and height of a centre's, of a midpoint's
 };

@@ -2,6 +2,7 @@
 #include "terrain/ground_draws.h"
 
 #include "gl/gl_object.h"
+#include "triangulation/device_mesh.h"
 
 #include <terrane/base/result.h>
 #include <terrane/scene/culling.h>
@@ -246,7 +247,8 @@ GlVertexArray make_layout() {
 
 }  // namespace
 
-GroundDraws::GroundDraws(int max_page_slots) : pool_(max_page_slots), vertices_(make_layout()) {}
+GroundDraws::GroundDraws(int max_page_slots)
+    : pool_(max_page_slots), vertices_(make_layout()), device_vertices_(make_vertex_array()) {}
 
 // Collects the draws of the mesh that are in view or cast shadows, nearest first, and uploads new chunks.
 Result<void> GroundDraws::collect(const TerrainMesh& mesh, const View& view, GroundCulling culling,
@@ -394,6 +396,8 @@ Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, con
         list.command_count = 0;
         list.batches.clear();
     }
+    device_ = mesh.device;
+    if (device_ != nullptr && mark_of_) upload_device_marks(*mesh.resident);
     TERRANE_TRY(collect(mesh, view, culling, cascades, casters));
     if (draws_.empty()) return {};
     layout_ = lay_out(mesh);
@@ -408,7 +412,39 @@ Result<void> GroundDraws::prepare(const TerrainMesh& mesh, const View& view, con
     return {};
 }
 
+// Marks of all resident chunks, as unpackUnorm4x8() of terrain.vert reads them.
+void GroundDraws::upload_device_marks(const ResidentSet& resident) {
+    std::vector<MarkBytes> marks;
+    for (const ResidentChunk& chunk : resident.chunks())
+        marks.push_back(mark_of_(MeshChunk{.chunk = chunk.get()}));
+    device_marks_ = make_buffer();
+    glNamedBufferStorage(device_marks_.name(),
+                         static_cast<GLsizeiptr>(marks.size() * sizeof(MarkBytes)), marks.data(),
+                         0);
+}
+
+void GroundDraws::draw_device() const {
+    const DeviceMesh& mesh = *device_;
+    glBindVertexArray(device_vertices_.name());
+    glVertexArrayElementBuffer(device_vertices_.name(), mesh.indices);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, mesh.commands);
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 0, mesh.places,
+                      static_cast<GLintptr>(mesh.places_byte),
+                      static_cast<GLsizeiptr>(mesh.places_bytes));
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, mesh.offsets);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, mesh.heights);
+    if (mark_of_) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, device_marks_.name());
+    glUniform4ui(0, mesh.first_root_place, mesh.first_root_offset, mesh.morphs ? 1 : 0, 0);
+    // OpenGL passes the offset in the command buffer as a pointer
+    glDrawElementsIndirect(GL_TRIANGLES, GL_UNSIGNED_INT,
+                           reinterpret_cast<const void*>(mesh.command_byte));
+}
+
 void GroundDraws::draw_list(std::size_t list) const {
+    if (device_ != nullptr) {
+        draw_device();
+        return;
+    }
     const std::vector<Batch>& batches = lists_[list].batches;
     if (batches.empty()) return;
     glBindVertexArray(vertices_.name());

@@ -105,7 +105,8 @@ enum class GroundCasters : std::uint8_t {
 /// function of x and y where no volume opens it. Cost: reads the triangles of the eye's chunk
 bool is_above_ground(const TerrainMesh& mesh, const WorldPos& eye_world);
 
-/// Uploads and draws a mesh, with one multi-draw command for all chunks of a page.
+/// Uploads and draws a mesh, with one multi-draw command for all chunks of a page. A mesh on the device is drawn whole by
+/// one command, with programs that define FROM_DEVICE.
 ///
 /// Heights stay in a ChunkPool; indices, offsets and chunk attributes are streamed. Chunks are drawn from the finest
 /// level to the coarsest, about from near to far.
@@ -178,12 +179,16 @@ private:
     Layout lay_out(const TerrainMesh& mesh) const;
     void write(const TerrainMesh& mesh, const EyeFrame& eye, std::byte* memory);
     void draw_list(std::size_t list) const;
+    void draw_device() const;
+    void upload_device_marks(const ResidentSet& resident);
 
     ChunkPool pool_;
     StreamBuffer stream_;
-    GlVertexArray vertices_;
+    GlVertexArray vertices_, device_vertices_;
+    GlBuffer device_marks_;
     std::weak_ptr<const ResidentSet> followed_;
     std::size_t drawn_count_ = 0, culled_count_ = 0;
+    const DeviceMesh* device_ = nullptr;       // of the prepared mesh; null: it has chunks
     std::vector<ChunkDraw> draws_;             // chunks in at least one list
     std::vector<std::uint16_t> back_indices_;  // of triangles that face away from the sun
     std::vector<List> lists_;

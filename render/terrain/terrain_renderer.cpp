@@ -132,7 +132,12 @@ struct TerrainRenderer::State {
     RendererSettings settings;
     Framebuffer picture;
     GroundShade shade;
-    GlProgram ground, wires, marks;
+    // Programs of the ground's triangles.
+    struct GroundPrograms {
+        GlProgram depth, wires, marks;
+    };
+    GroundPrograms of_chunks, of_device;
+    const GroundPrograms* ground = &of_chunks;  // of the frame's mesh
     VolumeDraws::Program solid_ground, solid_walls, solid_wires;
     GlBuffer frame_uniforms;
     std::optional<ShadowPass> shadows;       // none without shadow_distance
@@ -155,7 +160,9 @@ struct TerrainRenderer::State {
           shade(std::move(made_shade)),
           scene(picture.sample_count(), lighting, texture_bytes, is_anisotropic) {}
 
+    static Result<GroundPrograms> make_ground_programs(const std::string& defines);
     Result<void> make_programs(const std::string& lighting);
+    Result<void> choose_programs(const TerrainMesh& mesh);
     void make_buffers();
     void draw_shadows(const FrameUniforms& uniforms, const View& view);
     void draw_walls();
@@ -163,12 +170,19 @@ struct TerrainRenderer::State {
     void draw_wires();
 };
 
+Result<TerrainRenderer::State::GroundPrograms> TerrainRenderer::State::make_ground_programs(
+    const std::string& defines) {
+    const std::string vertex = defines + std::string(terrain_vert);
+    GroundPrograms made;
+    TERRANE_TRY(made.depth, make_program("the terrain", vertex, depth_frag));
+    TERRANE_TRY(made.wires, make_program("the wireframe", vertex, line_frag));
+    TERRANE_TRY(made.marks,
+                make_program("the marks of chunks", "#define MARKED\n" + vertex, ground_mark_frag));
+    return made;
+}
+
 Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) {
-    TERRANE_TRY(GlProgram made_ground, make_program("the terrain", terrain_vert, depth_frag));
-    TERRANE_TRY(GlProgram made_wires, make_program("the wireframe", terrain_vert, line_frag));
-    TERRANE_TRY(GlProgram made_marks,
-                make_program("the marks of chunks", "#define MARKED\n" + std::string(terrain_vert),
-                             ground_mark_frag));
+    TERRANE_TRY(of_chunks, make_ground_programs(""));
     TERRANE_TRY(GlProgram made_solid,
                 make_program("the ground of volumes", solid_vert, depth_frag));
     TERRANE_TRY(GlProgram made_walls, make_program("the walls of volumes", solid_vert,
@@ -178,9 +192,15 @@ Result<void> TerrainRenderer::State::make_programs(const std::string& lighting) 
     solid_ground = VolumeDraws::Program(std::move(made_solid));
     solid_walls = VolumeDraws::Program(std::move(made_walls));
     solid_wires = VolumeDraws::Program(std::move(made_solid_wires));
-    ground = std::move(made_ground);
-    wires = std::move(made_wires);
-    marks = std::move(made_marks);
+    return {};
+}
+
+// The programs of a mesh; those of the device are compiled for its first mesh.
+Result<void> TerrainRenderer::State::choose_programs(const TerrainMesh& mesh) {
+    if (mesh.device != nullptr && of_device.depth.name() == 0) {
+        TERRANE_TRY(of_device, make_ground_programs("#define FROM_DEVICE\n"));
+    }
+    ground = mesh.device != nullptr ? &of_device : &of_chunks;
     return {};
 }
 
@@ -206,7 +226,7 @@ void TerrainRenderer::State::draw_marks() {
     glDepthMask(GL_FALSE);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    glUseProgram(marks.name());
+    glUseProgram(ground->marks.name());
     draws.draw();
     glDisable(GL_BLEND);
     glDepthMask(GL_TRUE);
@@ -219,7 +239,7 @@ void TerrainRenderer::State::draw_wires() {
     glDepthMask(GL_FALSE);        // shade.frag reconstructs the ground from its depth
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-    glUseProgram(wires.name());
+    glUseProgram(ground->wires.name());
     draws.draw();
     solids.draw(VolumeDraws::Part::ground, solid_wires);
     solids.draw(VolumeDraws::Part::walls, solid_wires);
@@ -232,7 +252,7 @@ void TerrainRenderer::State::draw_wires() {
 // Draws the shadow casters into the maps, and binds the maps.
 void TerrainRenderer::State::draw_shadows(const FrameUniforms& uniforms, const View& view) {
     shadows->draw(uniforms, view, [&](std::size_t cascade) {
-        glUseProgram(ground.name());
+        glUseProgram(ground->depth.name());
         ShadowMaps::begin_ground();
         draws.draw_casters(cascade);
         ShadowMaps::end_ground();
@@ -312,6 +332,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         state.shadows->prepare(view);
         cascades = state.shadows->cascades();
     }
+    TERRANE_TRY(state.choose_programs(mesh));
     TERRANE_TRY(state.scene.prepare(scene, view, cascades));
     const GroundCulling culling =
         state.settings.wireframe ? GroundCulling::none : GroundCulling::view;
@@ -350,7 +371,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     if (state.settings.water_level) state.shade.bind_noise(7);
     state.picture.bind_depth();
     glClear(GL_DEPTH_BUFFER_BIT);
-    glUseProgram(state.ground.name());
+    glUseProgram(state.ground->depth.name());
     // hills hide their back faces; where volumes open the ground, the eye may see them
     const bool hides_backs = mesh.solids.empty() && is_above_ground(mesh, view.eye_world);
     if (hides_backs) glEnable(GL_CULL_FACE);

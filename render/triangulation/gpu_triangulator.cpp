@@ -7,11 +7,14 @@
 //             which the budget ends is chosen.
 //
 // The shaders lod_*.comp repeat terrain/lod for one area, square or vertex in an invocation.
+#include "base/vector_math.h"
 #include "chunk/chunk_vertices.h"
 #include "gl/gl_object.h"
 #include "gl/shader.h"
+#include "light/frame_uniforms.h"
 #include "lod/frame_mesh.h"
 #include "lod/screen_error.h"
+#include "triangulation/device_mesh.h"
 
 #include <terrane/render/gpu_triangulator.h>
 
@@ -56,7 +59,7 @@ constexpr int kMostLevels = 25;
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 // Words of state[]
-constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kResiduals = 160;
+constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kDraw = 8, kResiduals = 160;
 constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
 constexpr std::size_t kErrorGroups = 169, kHeldGroups = 172, kCellGroups = 175;
@@ -71,14 +74,14 @@ constexpr std::uint32_t kSearchSteps = 5;  // at most; see lod_pick.comp
 struct FrameBlock {
     std::array<double, 4> eye_spacing, origin_quantum;
     std::array<std::array<double, 4>, 4> normals;
-    std::array<double, 4> distances;
+    std::array<double, 4> eye_lattice, distances;
     std::array<std::array<float, 4>, 4> planes;
     std::array<float, 4> scalars, guess;
     std::array<std::uint32_t, 4> counts, bases, more_bases, options, last_bases, capacity;
     std::array<std::uint32_t, 32> level_first;
     std::array<std::array<float, 4>, 33> reaches;
 };
-static_assert(sizeof(FrameBlock) == 64 + 160 + 64 + 32 + 96 + 128 + 528);
+static_assert(sizeof(FrameBlock) == 64 + 192 + 64 + 32 + 96 + 128 + 528);
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -151,6 +154,8 @@ struct GpuTriangulator::State {
     std::size_t area_capacity = 0;
     float last_threshold = 0.0f, threshold = 0.0f;
     std::size_t uploaded = 0;
+    internal::EyeFrame eye_frame;
+    DeviceMesh device;
     double clearance = 0.0;  // from the eye to the true surface at least, metres
 
     // of read()
@@ -366,7 +371,11 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
                                              3 * count + areas + 64 * count + 25 * areas};
     constexpr std::size_t kMostCandidates = 1 << 16, kCandidateWords = 3;
     const std::size_t lists_at = work_at[5] + kCandidateWords * kMostCandidates;
-    work.reserve(4 * (lists_at + 2 * areas), false);
+    // the start of a range of a storage block is aligned
+    constexpr std::size_t kAlignment = 64, kPlaceWords = 12;
+    const std::size_t places_at = (lists_at + 2 * areas + kAlignment - 1) / kAlignment * kAlignment;
+    const std::size_t place_words = kPlaceWords * (areas + root_count);
+    work.reserve(4 * (places_at + place_words), false);
     const std::size_t axes_at = kAreaKeys * areas + 128 * count + kCoarse * root_count;
     keys.reserve(4 * (axes_at + 2 * kChunkSamples * count), false);
     offsets.reserve(4 * (kAreaOffsets * areas + kCoarse * root_count), false);
@@ -382,6 +391,8 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
     }
 
     const WorldPos& eye = view.eye_world;
+    block.eye_lattice = {static_cast<double>(eye_frame.x), static_cast<double>(eye_frame.y), 0.0,
+                         0.0};
     block.eye_spacing = {eye.x(), eye.y(), eye.z(), lattice.spacing};
     block.origin_quantum = {lattice.origin_x, lattice.origin_y, lattice.quantum,
                             view.near_distance};
@@ -408,7 +419,12 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
     block.options = {word(static_cast<std::size_t>(lattice.finest_level) + 1), morphs ? 1u : 0u,
                      word(static_cast<std::size_t>(lattice.finest_level)), word(axes_at)};
     block.last_bases = {word(work_at[4]), word(work_at[5]), word(lists_at), word(kMostCandidates)};
-    block.capacity = {word(areas), 0, 0, 0};
+    block.capacity = {word(areas), word(places_at), 0, 0};
+    device.places_byte = 4 * places_at;
+    device.places_bytes = 4 * place_words;
+    device.first_root_place = word(areas);
+    device.first_root_offset = block.more_bases[2];
+    device.morphs = morphs;
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
         block.reaches[i] = {reaches.centre[i].half_width, reaches.centre[i].half_height,
                             reaches.midpoint[i].half_width, reaches.midpoint[i].half_height};
@@ -475,7 +491,7 @@ void GpuTriangulator::State::triangulate() {
     run_indirect(held_candidates, kHeldGroups);
     run(coarse_candidates, (kCoarse * root_count + 63) / 64);
     run_indirect(error, kErrorGroups);
-    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_ELEMENT_ARRAY_BARRIER_BIT);
 }
 
 // Reports error and status of the mesh: waits for the device.
@@ -538,8 +554,9 @@ GpuTriangulator::GpuTriangulator(GpuTriangulator&&) noexcept = default;
 GpuTriangulator& GpuTriangulator::operator=(GpuTriangulator&&) noexcept = default;
 GpuTriangulator::~GpuTriangulator() = default;
 
-Result<void> GpuTriangulator::update(std::shared_ptr<const ResidentSet> resident, const View& view,
-                                     std::span<const TriangleDemand> others) {
+Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> resident,
+                                            const View& view,
+                                            std::span<const TriangleDemand> others) {
     State& s = *state_;
     TERRANE_TRY(view.validate());
     if (resident->has_solids()) {
@@ -548,8 +565,15 @@ Result<void> GpuTriangulator::update(std::shared_ptr<const ResidentSet> resident
     s.uploaded = 0;
     s.mesh = {};
     s.follow(std::move(resident));
-    if (!s.resident->has_roots()) return {};
-    const ScreenError screen(view, *s.source, internal::clearance_of(*s.source, view.eye_world));
+    s.mesh.resident = s.resident;
+    if (!s.resident->has_roots()) {
+        s.mesh.threshold_px = s.settings.max_error_px;
+        s.mesh.demand_threshold_px = internal::kInfinity;
+        return s.mesh;
+    }
+    TERRANE_TRY(s.eye_frame, internal::make_eye_frame(s.lattice, view.eye_world));
+    s.clearance = internal::clearance_of(*s.source, view.eye_world);
+    const ScreenError screen(view, *s.source, s.clearance);
     const std::span<const ResidentChunk> all = s.resident->chunks();
     s.least.resize(all.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -586,7 +610,15 @@ Result<void> GpuTriangulator::update(std::shared_ptr<const ResidentSet> resident
     s.last_threshold = s.threshold;
     s.triangulate();
     s.report(screen, others);
-    return internal::check_gl("triangulate on the device");
+    s.device.indices = s.indices.buffer.name();
+    s.device.commands = s.state.buffer.name();
+    s.device.command_byte = 4 * kDraw;
+    s.device.places = s.work.buffer.name();
+    s.device.offsets = s.offsets.buffer.name();
+    s.device.heights = s.heights.buffer.name();
+    s.mesh.device = &s.device;
+    TERRANE_TRY(internal::check_gl("triangulate on the device"));
+    return s.mesh;
 }
 
 Result<TerrainMesh> GpuTriangulator::read() {
@@ -594,8 +626,9 @@ Result<TerrainMesh> GpuTriangulator::read() {
     s.read_indices.clear();
     s.read_chunks.clear();
     s.read_offsets.clear();
-    s.mesh.resident = s.resident;
-    if (s.resident == nullptr || !s.resident->has_roots()) return s.mesh;
+    TerrainMesh mesh = s.mesh;
+    if (mesh.device == nullptr) return mesh;
+    mesh.device = nullptr;
     const std::vector<std::uint32_t> state = s.state.read<std::uint32_t>(0, kStateWords);
     const std::size_t areas = state[kAreaTotal], triangles = state[kTriangles];
     const std::vector<std::uint32_t> list = s.work.read<std::uint32_t>(s.block.bases[0], areas);
@@ -654,11 +687,10 @@ Result<TerrainMesh> GpuTriangulator::read() {
         if (morphs) made.offsets = s.read_offsets.back().data();
         s.read_chunks.push_back(made);
     }
-    s.mesh.chunks = s.read_chunks;
-    s.mesh.indices = s.read_indices;
-    s.mesh.triangle_count = triangles;
+    mesh.chunks = s.read_chunks;
+    mesh.indices = s.read_indices;
     TERRANE_TRY(internal::check_gl("read the device's mesh"));
-    return s.mesh;
+    return mesh;
 }
 
 std::size_t GpuTriangulator::device_bytes() const {

@@ -29,17 +29,18 @@ public:
     GpuTriangulator& operator=(GpuTriangulator&&) noexcept;
     ~GpuTriangulator();
 
-    /// Computes the mesh of a view over the resident chunks.
+    /// Computes the mesh of a view over the resident chunks. It has no chunks and indices: its triangles are on the
+    /// device (TerrainMesh::device), where TerrainRenderer draws them. Valid until the next call.
     ///
     /// @param others as for Triangulator::update()
     ///
     /// Fails:   invalid_argument for an invalid view or resident chunks with volumes; device_unavailable if the memory
     ///          of the device does not suffice. The mesh is then empty
     /// Threads: that of the context
-    Result<void> update(std::shared_ptr<const ResidentSet> resident, const View& view,
-                        std::span<const TriangleDemand> others = {});
+    Result<TerrainMesh> update(std::shared_ptr<const ResidentSet> resident, const View& view,
+                               std::span<const TriangleDemand> others = {});
 
-    /// Copies the mesh of the last update() from the device: that of Triangulator::update(). Valid until the next call.
+    /// The mesh of the last update(), copied from the device: that of Triangulator::update(). Valid until the next call.
     ///
     /// Cost: waits for the device, and copies indices and offsets
     Result<TerrainMesh> read();

@@ -59,14 +59,19 @@ struct MeshSolid {
     }
 };
 
+/// Triangles that are on a device: see GpuTriangulator in terrane::render.
+struct DeviceMesh;
+
 /// The mesh of one frame: indices of samples of the resident chunks. References the triangulator's buffers; valid until
 /// the next update().
 struct TerrainMesh {
     std::shared_ptr<const ResidentSet> resident;  ///< keeps the chunks alive
     std::span<const MeshChunk> chunks;            ///< coarse to fine
     std::span<const std::uint16_t> indices;  ///< of samples; triangles counter-clockwise from above
-    std::span<const MeshSolid> solids;       ///< in the order of the resident set
-    std::size_t triangle_count = 0;          ///< of chunks and solids
+    /// Not null: the triangles are there, in place of `chunks` and `indices`.
+    const DeviceMesh* device = nullptr;
+    std::span<const MeshSolid> solids;             ///< in the order of the resident set
+    std::size_t triangle_count = 0;                ///< of chunks and solids
     MeshStatus status = MeshStatus::not_resident;  ///< whether budget and error target are met
     /// Certified bound of the distance between the displayed surface, morphing included, and the true surface, over all
     /// ground points inside the view's side planes, in pixels of the picture's centre. For the heightfield the distance
