@@ -183,20 +183,54 @@ bool MemoryBudget::claim_replacements(std::size_t bytes, ByteClaim& claim) {
     return true;
 }
 
-void MemoryBudget::make_room(std::size_t bytes) {
-    const Need need{.why = NeedClass::contact};
+// Whether a camera would see the removal of a chunk.
+bool MemoryBudget::is_seen(ChunkTree::Node& node) {
+    return !skips_fades_ && !node.is_new && visibility_of(node).ratio > node.inverse_fade;
+}
+
+// Evicts without a fade.
+void MemoryBudget::evict_at_once(ChunkTree::Index index) {
+    stats_->hard_evictions += is_seen((*tree_)[index]) ? 1u : 0u;
+    evict(index);
+}
+
+// Evicts for a need until so many more bytes fit, counting bytes that will soon be released. Returns whether they fit.
+bool MemoryBudget::evict_for(const Need& need, std::size_t bytes) {
     while (bytes_->load() + bytes > settings_.memory_bytes + soon_free_bytes()) {
         std::priority_queue<EvictionCandidate>* const tier = find_victim(need);
-        if (tier == nullptr) break;
+        if (tier == nullptr) return false;
         const ChunkTree::Index index = tier->top().index;
-        ChunkTree::Node& node = (*tree_)[index];
-        stats_->hard_evictions +=
-            !skips_fades_ && !node.is_new && visibility_of(node).ratio > node.inverse_fade ? 1u
-                                                                                           : 0u;
         tier->pop();
-        evict(index);
+        evict_at_once(index);
     }
+    return true;
+}
+
+void MemoryBudget::make_room(std::size_t bytes) {
+    evict_for({.why = NeedClass::contact}, bytes);
     pending_bytes_ += bytes;
+}
+
+// A chunk of the finest level that is resident; kNone if only roots are.
+ChunkTree::Index MemoryBudget::finest_leaf() const {
+    ChunkTree::Index finest = ChunkTree::kNone;
+    for (ChunkTree::Index i = 0; i < tree_->capacity(); ++i) {
+        const ChunkTree::Node& node = (*tree_)[i];
+        if (!node.chunk || node.parent == ChunkTree::kNone) continue;
+        if (finest == ChunkTree::kNone ||
+            node.chunk->key.level > (*tree_)[finest].chunk->key.level) {
+            finest = i;
+        }
+    }
+    return finest;
+}
+
+void MemoryBudget::keep_ceiling() {
+    while (!evict_for({.why = NeedClass::root}, 0)) {
+        const ChunkTree::Index pinned = finest_leaf();
+        if (pinned == ChunkTree::kNone) return;
+        evict_at_once(pinned);
+    }
 }
 
 MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes, double slack_s,
@@ -225,9 +259,7 @@ MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes,
         }
         const ChunkTree::Index index = tier->top().index;
         ChunkTree::Node& node = (*tree_)[index];
-        const bool is_seen =
-            !skips_fades_ && !node.is_new && visibility_of(node).ratio > node.inverse_fade;
-        if (is_seen && !is_urgent) {
+        if (!is_urgent && is_seen(node)) {
             if (fading_out_count_ == kMostFadingOut) {
                 ++stats_->over_ceiling;
                 return Admission::refused;
@@ -238,8 +270,7 @@ MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes,
             fading_out_bytes_ += node.chunk->bytes();
         } else {
             tier->pop();
-            stats_->hard_evictions += is_seen ? 1u : 0u;
-            evict(index);
+            evict_at_once(index);
         }
     }
 }

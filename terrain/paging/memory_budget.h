@@ -19,12 +19,15 @@ namespace terrane::internal {
 ///
 /// Order of eviction: unneeded chunks, smallest error in any view direction first; speculative chunks, smallest ratio
 /// first; chunks to be drawn later, latest first; chunks drawn now, smallest error first; contact chunks not touched
-/// yet, latest first. Touched contact chunks and roots are never evicted, and speculative loads evict nothing. A chunk
-/// whose removal a camera would see fades out first, unless contact or a root needs its bytes.
+/// yet, latest first. Roots are never evicted, touched contact chunks only by keep_ceiling(), and speculative loads
+/// evict nothing. A chunk whose removal a camera would see fades out first, unless contact or a root needs its bytes.
 class MemoryBudget {
 public:
     MemoryBudget(ChunkTree& tree, std::shared_ptr<ByteCount> bytes, const PagerSettings& settings)
         : tree_(&tree), bytes_(std::move(bytes)), settings_(settings) {}
+
+    /// Changes the ceiling; the next keep_ceiling() evicts what exceeds it.
+    void set_memory_bytes(std::size_t memory_bytes) { settings_.memory_bytes = memory_bytes; }
 
     /// Starts an update; call before everything else.
     ///
@@ -52,6 +55,9 @@ public:
     /// Evicts with the priority of contact until `bytes` fit, counting bytes that will soon be released. Reserves them,
     /// so that loads of this plan cannot claim them. Call after begin_plan().
     void make_room(std::size_t bytes);
+    /// Evicts what exceeds a lowered ceiling, counting bytes that will soon be released: ground that bodies touch last,
+    /// roots never. Call after begin_plan().
+    void keep_ceiling();
     /// Whether an earlier claim may be reused for a chunk with this need.
     bool may_keep_claim(const Need& need) const { return bytes_->load() <= limit(need.why); }
 
@@ -75,7 +81,7 @@ private:
         drawn_later,
         drawn_now,
         contact_later,
-        pinned,  ///< never
+        pinned,  ///< by no load
     };
     struct EvictionCandidate {
         Tier tier = Tier::unneeded;
@@ -100,7 +106,11 @@ private:
     std::priority_queue<EvictionCandidate>* find_victim(const Need& need);
     void add_candidate(ChunkTree::Index index);
     void list_candidates();
+    bool is_seen(ChunkTree::Node& node);
     void evict(ChunkTree::Index index);
+    void evict_at_once(ChunkTree::Index index);
+    bool evict_for(const Need& need, std::size_t bytes);
+    ChunkTree::Index finest_leaf() const;
 
     ChunkTree* tree_;
     std::shared_ptr<ByteCount> bytes_;

@@ -14,6 +14,30 @@
 
 namespace terrane {
 
+namespace {
+
+// Fails if a ceiling does not hold the root squares.
+Result<void> check_ceiling(const HeightSource& source, std::size_t memory_bytes) {
+    const Lattice& lattice = source.lattice();
+    // While the window moves, the root squares of the old and the new window are in memory.
+    const Lattice window = internal::first_root_window(lattice);
+    const std::size_t windows = lattice.root_window > 0 ? 2 : 1;
+    const ChunkSource& chunks = chunks_of(source);
+    std::size_t least = 0;
+    for (std::int32_t y = 0; y < window.root_count_y; ++y) {
+        for (std::int32_t x = 0; x < window.root_count_x; ++x) {
+            least += windows *
+                     chunks.max_chunk_bytes({window.first_root_x + x, window.first_root_y + y, 0});
+        }
+    }
+    if (memory_bytes >= least) return {};
+    return fail(ErrorCode::out_of_memory, "memory_bytes must hold the root squares, " +
+                                              std::to_string(least) + ", got " +
+                                              std::to_string(memory_bytes));
+}
+
+}  // namespace
+
 // With an inline loader: alternates loading and planning until nothing changes.
 void Pager::State::load_until_stable() {
     constexpr int kMostRounds = 1000;
@@ -59,22 +83,7 @@ Result<Pager> Pager::create(std::shared_ptr<const HeightSource> source,
         if (!good) return tl::unexpected(good.error());
     }
     const Lattice& lattice = source->lattice();
-    // While the window moves, the root squares of the old and the new window are in memory.
-    const Lattice window = internal::first_root_window(lattice);
-    const std::size_t windows = lattice.root_window > 0 ? 2 : 1;
-    const ChunkSource& chunks = chunks_of(*source);
-    std::size_t least = 0;
-    for (std::int32_t y = 0; y < window.root_count_y; ++y) {
-        for (std::int32_t x = 0; x < window.root_count_x; ++x) {
-            least += windows *
-                     chunks.max_chunk_bytes({window.first_root_x + x, window.first_root_y + y, 0});
-        }
-    }
-    if (settings.memory_bytes < least) {
-        return fail(ErrorCode::out_of_memory, "memory_bytes must hold the root squares, " +
-                                                  std::to_string(least) + ", got " +
-                                                  std::to_string(settings.memory_bytes));
-    }
+    TERRANE_TRY(check_ceiling(*source, settings.memory_bytes));
     const int contact_level = settings.contact_spacing > 0.0
                                   ? lattice.level_for_spacing(settings.contact_spacing)
                                   : lattice.finest_level;
@@ -129,6 +138,14 @@ void Pager::finish() {
     state.publish();
     state.skips_fades = false;
     state.evictions.in_finish.clear();
+}
+
+Result<void> Pager::set_memory_bytes(std::size_t memory_bytes) {
+    TERRANE_TRY(check_ceiling(*state_->source, memory_bytes));
+    state_->settings.memory_bytes = memory_bytes;
+    state_->budget.set_memory_bytes(memory_bytes);
+    state_->schedule.must_plan = true;
+    return {};
 }
 
 bool replace_chunks(Pager& pager, const ChunkReplacement& replacement) {

@@ -385,6 +385,7 @@ void Pager::State::plan() {
     count_waits();
     budget.begin_plan(clients.predicted_views,
                       !clients.bodies.empty() || !required_regions.by_id.empty(), stats);
+    budget.keep_ceiling();
     if (replacements.wanted_bytes > 0) budget.make_room(replacements.wanted_bytes);
 }
 

@@ -96,6 +96,45 @@ TEST(Pager, RefusesACeilingBelowTheRoots) {
     EXPECT_TRUE(Pager::create(hills(), {.memory_bytes = 4 * Chunk::max_bytes()}).has_value());
 }
 
+TEST(Pager, KeepsACeilingThatIsLoweredBelowWhatIsResident) {
+    const std::size_t roots = 4 * Chunk::max_bytes(), low = 16 * Chunk::max_bytes();
+    const CameraNeed camera = camera_at({0, 0, 300}, {500, 300, 0});
+    const std::vector<BodyNeed> bodies{{.centre_world = {60, 60, 0}, .radius = 40.0}};
+    for (const int workers : {0, 2}) {
+        SCOPED_TRACE(testing::Message() << workers << " workers");
+        Pager pager = Pager::create(hills(), {.worker_count = workers}).value();
+        pager.update({camera}, bodies, 0.0);
+        pager.finish();
+        const std::size_t high = pager.stats().resident_bytes;
+        const std::vector<ChunkKey> before = keys_of(*pager.resident());
+        ASSERT_GT(high, 2 * low);
+        ASSERT_TRUE(pager.set_memory_bytes(low).has_value());
+        pager.update({camera}, bodies, 0.01);
+        for (int frame = 2; frame < 100; ++frame) {
+            ASSERT_LE(pager.stats().resident_bytes + pager.stats().in_flight_bytes, low) << frame;
+            const std::shared_ptr<const ResidentSet> held = pager.resident();  // as a triangulator
+            pager.update({camera}, bodies, 0.01 * frame);
+        }
+        // the camera's chunks went, not the ground that bodies touch
+        EXPECT_GT(pager.stats().evicted, 0u);
+        EXPECT_EQ(pager.stats().groundless_bodies, 0u);
+        EXPECT_GT(pager.stats().resident_bytes, low / 2);
+        // even that goes where only the roots fit
+        pager.finish();
+        ASSERT_TRUE(pager.set_memory_bytes(roots).has_value());
+        pager.update({camera}, bodies, 1.0);
+        EXPECT_LE(pager.stats().resident_bytes + pager.stats().in_flight_bytes, roots);
+        EXPECT_EQ(pager.resident()->chunks().size(), 4u);
+        const Result<void> refused = pager.set_memory_bytes(roots - 1);
+        ASSERT_FALSE(refused.has_value());
+        EXPECT_EQ(refused.error().code, ErrorCode::out_of_memory);
+        ASSERT_TRUE(pager.set_memory_bytes(2 * high).has_value());
+        pager.update({camera}, bodies, 2.0);
+        pager.finish();
+        EXPECT_EQ(keys_of(*pager.resident()), before);
+    }
+}
+
 TEST(Pager, CancelsQueuedLoadsAfterATeleport) {
     const auto source = hills();
     source->delay_ms = 2;

@@ -48,7 +48,7 @@ enum class PagingPolicy {
     distance,
 };
 
-/// Settings of a Pager. Fixed once it is created.
+/// Settings of a Pager. Fixed once it is created, except the ceiling: Pager::set_memory_bytes().
 struct PagerSettings {
     /// Hard ceiling of the bytes of resident chunks and loads in flight together. Must hold all root squares, or those
     /// of two windows if the lattice has a root window.
@@ -184,6 +184,13 @@ public:
     /// Loads until all needs of the last update() are resident, or the ceiling or a failing source prevents it.
     /// Completes all fades. Blocks: not for use in a frame.
     void finish();
+
+    /// Changes PagerSettings::memory_bytes. If more is resident, the next update() evicts what does not fit, without
+    /// fades: what is needed last first, ground below bodies last. Until loads in flight have ended and callers have
+    /// released older sets, the bytes of both may exceed a lowered ceiling, and no load starts.
+    ///
+    /// Fails: out_of_memory if the ceiling does not hold the root squares; it is kept then
+    Result<void> set_memory_bytes(std::size_t memory_bytes);
 
     /// The resident chunks. Never null; changes only in update() and finish().
     std::shared_ptr<const ResidentSet> resident() const;
