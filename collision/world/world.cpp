@@ -369,6 +369,12 @@ std::span<const BodyNeed> World::needs() {
     return state_->needs;
 }
 
+Result<void> World::set_max_substep(double max_substep) {
+    TERRANE_TRY(internal::check_substep(max_substep));
+    state_->settings.max_substep = max_substep;
+    return {};
+}
+
 StepReport World::step(const Ground& ground, double dt) { return state_->step(ground, dt); }
 
 std::span<const ContactEvent> World::contact_events() const { return state_->contacts.events(); }

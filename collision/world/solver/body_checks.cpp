@@ -102,9 +102,13 @@ Result<void> check_body(const BodySettings& settings, const BodyPlacement& place
                         placement.angular_velocity, 0.0, "rad/s");
 }
 
+Result<void> check_substep(double max_substep) {
+    return check_value("max_substep", max_substep, 1e-5, 1.0, "s");
+}
+
 Result<void> check_world(const WorldSettings& settings) {
     TERRANE_TRY(check_vector("gravity", settings.gravity, 1e4, "m/s^2"));
-    TERRANE_TRY(check_value("max_substep", settings.max_substep, 1e-5, 1.0, "s"));
+    TERRANE_TRY(check_substep(settings.max_substep));
     return check_value("worker_count", settings.worker_count, 1, 64);
 }
 

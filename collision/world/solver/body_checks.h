@@ -85,6 +85,8 @@ std::string to_string(BodyType type);
 /// Checks a body's settings, its placement, and their consistency.
 Result<void> check_body(const BodySettings& settings, const BodyPlacement& placement);
 Result<void> check_world(const WorldSettings& settings);
+/// Checks WorldSettings::max_substep.
+Result<void> check_substep(double max_substep);
 
 /// Largest component of a body's position, metres. A body that would move beyond it is parked.
 inline constexpr double kMaxPlace = 2e9;

@@ -230,6 +230,32 @@ TEST(World, RefusesWhatIsNotFiniteByNameAndKeepsTheLastGoodState) {
     EXPECT_FALSE(World::create({.max_substep = 0.0}).has_value());
 }
 
+TEST(World, ItsSubstepCanChangeBetweenStepsAndIsSaved) {
+    const Ground ground = make_test_ground(kRoughGrounds[1].height, 1.0, 1);
+    const auto with_boxes = [](double max_substep) {
+        World world = make_world({.max_substep = max_substep});
+        for (int i = 0; i < 5; ++i) add(world, {.shape = Box{}}, at({60.0, 60.0, 20.0 + 1.5 * i}));
+        return world;
+    };
+    constexpr double kUsual = 1.0 / 120.0, kFine = 1.0 / 480.0;
+    World usual = with_boxes(kUsual), fine = with_boxes(kFine), changed = with_boxes(kUsual);
+    ASSERT_TRUE(changed.set_max_substep(kFine).has_value());
+    for (const double refused : {0.0, -1.0, 1.5, kNan}) {
+        const Result<void> answer = changed.set_max_substep(refused);
+        ASSERT_FALSE(answer.has_value()) << refused;
+        EXPECT_NE(answer.error().message.find("max_substep"), std::string::npos);
+    }
+    World loaded = World::load(changed.save()).value();
+    for (int step = 0; step < 120; ++step) {
+        for (World* world : {&usual, &fine, &changed, &loaded}) {
+            EXPECT_EQ(world->step(ground, kStep).too_deep, 0u) << step;
+        }
+        ASSERT_EQ(changed.state_hash(), fine.state_hash()) << step;
+        ASSERT_EQ(loaded.state_hash(), fine.state_hash()) << step;
+    }
+    EXPECT_NE(usual.state_hash(), fine.state_hash());
+}
+
 TEST(World, GivesTheSameBitsForTheSameCalls) {
     const Ground ground = make_test_ground(kRoughGrounds[1].height, 1.0, 1);
     const auto run = [&ground](bool measures_depth) {

@@ -33,7 +33,7 @@ struct WorldCallbacks {
     std::function<bool(BodyId, BodyId)> may_collide;
 };
 
-/// Settings of a world. Fixed once it is created.
+/// Settings of a world. Fixed once it is created, except the substep: World::set_max_substep().
 struct WorldSettings {
     Eigen::Vector3d gravity = Eigen::Vector3d(0.0, 0.0, -9.81);  ///< m/s^2, world axes
     double max_substep = 1.0 / 120.0;  ///< largest substep of a step, s, 1e-5 to 1
@@ -219,6 +219,9 @@ public:
 
     /// Moves every body by dt seconds, 0 < dt <= kMostStep. Any other dt is refused and counted, and nothing moves.
     StepReport step(const Ground& ground, double dt);
+
+    /// Changes WorldSettings::max_substep from the next step on.
+    Result<void> set_max_substep(double max_substep);
 
     /// The contacts that began, stayed or ended in the last step, in ascending order of (a, b); a body's contact with
     /// the ground comes last. Contacts between sleeping bodies last without events. Empty without
