@@ -361,7 +361,7 @@ std::vector<std::uint8_t> make_material_layer(GroundPalette palette, int layer) 
     return texels;
 }
 
-MaterialUniforms make_material_uniforms(const RendererSettings& settings) {
+MaterialUniforms make_material_uniforms(const RendererSettings& settings, bool is_flat) {
     const GroundLookSettings& look = *settings.ground_look;
     const Palette& palette = palette_of(look.palette);
     MaterialUniforms made;
@@ -377,6 +377,16 @@ MaterialUniforms make_material_uniforms(const RendererSettings& settings) {
                   static_cast<float>(1.0 - 1.0 / std::sqrt(1.0 + slope * slope)),
                   static_cast<float>(look.occlusion)};
     made.cover = {palette.shrub, palette.soil, palette.scree_share, palette.variation};
+    if (!is_flat) return made;
+    constexpr float kDisplayGamma = 2.2f;
+    for (std::size_t i = 0; i < kMaterials; ++i) {
+        const Colour& colour = kFlatMaterials[i].colour;
+        made.dark[i] = {std::pow(colour.red, kDisplayGamma), std::pow(colour.green, kDisplayGamma),
+                        std::pow(colour.blue, kDisplayGamma), 0.0f};
+        made.light[i] = made.dark[i];  // equal at any tone, and no slopes
+    }
+    made.lines[3] = 0.0f;  // occlusion
+    made.cover[3] = 0.0f;  // variation over large distances
     return made;
 }
 

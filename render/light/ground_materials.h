@@ -13,7 +13,8 @@
 
 namespace terrane::internal {
 
-inline constexpr int kMaterials = 6;  ///< turf, shrub, soil, scree, rock and snow
+/// Turf, shrub, soil, scree, rock and snow.
+inline constexpr int kMaterials = static_cast<int>(kFlatMaterials.size());
 /// Layers of the texture: the materials, and noise for variation over large distances.
 inline constexpr int kMaterialLayers = kMaterials + 1;
 inline constexpr int kMaterialTexels = 512;  ///< along the side of a layer
@@ -36,7 +37,9 @@ struct MaterialUniforms {
 static_assert(sizeof(MaterialUniforms) == 16 * (2 * kMaterials + 2 + 2 * kMaterialScales));
 
 /// The uniforms of settings with a ground look, without positions.
-MaterialUniforms make_material_uniforms(const RendererSettings& settings);
+///
+/// @param is_flat whether materials have the colours of kFlatMaterials, without detail
+MaterialUniforms make_material_uniforms(const RendererSettings& settings, bool is_flat = false);
 /// Sets the positions. They are computed from the eye's integers: detail is as precise at any distance from the origin.
 void set_material_places(const Lattice& lattice, const EyeFrame& eye, MaterialUniforms& uniforms);
 
@@ -48,6 +51,11 @@ public:
     /// @param settings   valid, with a ground look
     /// @param anisotropy largest of the texture's filter, 1 to 16
     GroundMaterials(const RendererSettings& settings, int anisotropy);
+
+    /// Changes the colours: see make_material_uniforms(). `settings` are those of the constructor.
+    void set_flat(const RendererSettings& settings, bool is_flat) {
+        uniforms_ = make_material_uniforms(settings, is_flat);
+    }
 
     /// Writes the uniform block. Call once a frame, before bind().
     void prepare(const Lattice& lattice, const EyeFrame& eye);

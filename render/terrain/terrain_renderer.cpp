@@ -450,6 +450,10 @@ void TerrainRenderer::set_ground_marks(std::function<GroundMark(const MeshChunk&
     });
 }
 
+void TerrainRenderer::set_flat_materials(bool is_on) {
+    if (state_->materials) state_->materials->set_flat(state_->settings, is_on);
+}
+
 Result<void> TerrainRenderer::set_time(double seconds) {
     if (!std::isfinite(seconds))
         return fail(ErrorCode::invalid_argument,

@@ -207,6 +207,34 @@ TEST_F(GroundMaterialTest, SnowLiesAboveItsLineAndRockOnSteepSlopes) {
     EXPECT_LT(std::abs(steep[1] - steep[2]), 25.0);
 }
 
+TEST_F(GroundMaterialTest, FlatMaterialsHaveTheirColoursWithoutDetailUntilTheyEnd) {
+    TerrainRenderer renderer = make({.snow_line = 100.0, .rock_slope = 1.0});
+    const auto expect_colour = [&](const Scene& scene, const View& view, const char* name) {
+        SCOPED_TRACE(name);
+        renderer.set_flat_materials(false);
+        const Image before = test::draw(renderer, scene.mesh(), view);
+        renderer.set_flat_materials(true);
+        const Image flat = test::draw(renderer, scene.mesh(), view);
+        EXPECT_LT(fine_energy(square_of(flat, 96, 64)),
+                  0.01 * fine_energy(square_of(before, 96, 64)));
+        // the hue is nearest to that of its colour
+        const std::uint8_t* const rgb = pixel(flat, kWidth / 2, kHeight / 2);
+        const auto distance = [rgb](const FlatMaterial& material) {
+            const Colour& colour = material.colour;
+            return std::hypot(1.0 * rgb[0] / rgb[1] - colour.red / colour.green,
+                              1.0 * rgb[2] / rgb[1] - colour.blue / colour.green);
+        };
+        EXPECT_EQ(std::ranges::min(kFlatMaterials, {}, distance).name, std::string(name));
+        renderer.set_flat_materials(false);
+        EXPECT_EQ(count_different(test::draw(renderer, scene.mesh(), view), before), 0);
+    };
+    const auto over = [&](double height) {
+        return view_from({256.0, 128.0, height + 60.0}, {256.0, 128.0, height}, 0.3);
+    };
+    expect_colour(make_plane_scene(900.0, 0.0), over(900.0), "snow");
+    expect_colour(make_plane_scene(-400.0, 3.0), over(-400.0), "rock");
+}
+
 TEST_F(GroundMaterialTest, NearGroundHasAsMuchFineDetailAsThatAtMiddleDistances) {
     const Scene scene = make_plane_scene();
     for (const GroundPalette palette : kPalettes) {

@@ -149,6 +149,19 @@ struct GroundMark {
     float opacity = 0.0f;  ///< 0 to 1; 0: none
 };
 
+/// The colour of a material of the ground in TerrainRenderer::set_flat_materials().
+struct FlatMaterial {
+    const char* name;  ///< of the material in GroundPalette::alpine
+    Colour colour;     ///< under white light that meets the ground at a right angle
+};
+/// All materials; those of other palettes lie where these would.
+inline constexpr std::array<FlatMaterial, 6> kFlatMaterials{{{"turf", {0.62f, 0.83f, 0.32f}},
+                                                             {"shrub", {0.10f, 0.48f, 0.25f}},
+                                                             {"soil", {0.58f, 0.20f, 0.13f}},
+                                                             {"scree", {0.95f, 0.72f, 0.20f}},
+                                                             {"rock", {0.55f, 0.42f, 0.75f}},
+                                                             {"snow", {0.93f, 0.97f, 1.00f}}}};
+
 /// Draws meshes of a Triangulator off screen.
 ///
 /// Keeps heights and slopes of each drawn chunk on the device while the chunk is resident. Uploads indices, and offsets
@@ -199,6 +212,10 @@ public:
     ///
     /// @param mark_of called in draw(), for chunks of the drawn mesh
     void set_ground_marks(std::function<GroundMark(const MeshChunk&)> mark_of);
+
+    /// Draws each material of the ground in its colour of kFlatMaterials, without detail, from the next draw() on, or
+    /// as before. Lit and covered by imagery as usual. No effect without RendererSettings::ground_look.
+    void set_flat_materials(bool is_on);
 
     /// Sets the time of moving water for the following calls of draw(), seconds, 0 at first. The same time gives the
     /// same waves. Fails with invalid_argument for a time that is not finite.
