@@ -48,12 +48,12 @@ Result<void> LiveHistory::step(LiveWorld& world, const Ground& ground, bool is_c
 }
 
 Result<void> LiveHistory::seek(std::size_t step, LiveWorld& world,
-                               const std::function<Ground()>& ground_of) {
+                               const std::function<Ground()>& ground_of, bool is_changed) {
     step = std::clamp(step, first_step(), step_count());
     auto from = states_.upper_bound(step);
     if (from == states_.begin()) return {};
     from = std::prev(from);
-    if (now_ > step || from->first > now_) {
+    if (is_changed || now_ > step || from->first > now_) {
         TERRANE_TRY(world.restore(from->second));
         now_ = from->first;
     }

@@ -30,11 +30,13 @@ public:
 
     /// Brings the world to the state after a number of steps, first_step() to step_count().
     ///
-    /// @param ground_of called once, after the world has returned to a stored state: its bodies' ground
+    /// @param ground_of  called once, after the world has returned to a stored state: its bodies' ground
+    /// @param is_changed as for step(); the change is undone then
     ///
     /// Fails: as LiveWorld::restore() and LiveWorld::step()
     /// Cost:  the steps since the stored state before, of at most kInterval steps
-    Result<void> seek(std::size_t step, LiveWorld& world, const std::function<Ground()>& ground_of);
+    Result<void> seek(std::size_t step, LiveWorld& world, const std::function<Ground()>& ground_of,
+                      bool is_changed = false);
 
     /// Whether the world is in the past, so that seek() can go on.
     bool is_in_past() const { return now_ < step_count(); }

@@ -5,6 +5,8 @@
 
 #include <terrane/collision/ground_queries.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -27,6 +29,13 @@ const CharacterSettings kWalker;  // the defaults
 
 Eigen::Vector2d unit_or(const Eigen::Vector2d& v, const Eigen::Vector2d& otherwise) {
     return v.norm() > 1e-6 ? Eigen::Vector2d(v.normalized()) : otherwise;
+}
+
+// The contact tolerance of a body; the body's own if its shape is flat.
+double tolerance_of(const BodySettings& body, const LiveSettings& settings) {
+    constexpr double kShare = 0.1;  // of the smallest half extent
+    const double most = kShare * smallest_half_extent(body.shape);
+    return most > 0.0 ? std::min(settings.contact_tolerance, most) : body.contact_tolerance;
 }
 
 }  // namespace
@@ -144,8 +153,29 @@ void LiveWorld::steer(const WorldVec2& velocity, bool jumps) {
 
 void LiveWorld::set_input(const LiveInput& input) { input_ = input; }
 
+Result<void> LiveWorld::set(const LiveSettings& settings) {
+    if (settings.substeps < 1 || settings.substeps > LiveSettings::kMostSubsteps) {
+        return fail(ErrorCode::invalid_argument,
+                    fmt::format("substeps must be 1 to {}, got {}", LiveSettings::kMostSubsteps,
+                                settings.substeps));
+    }
+    TERRANE_TRY(world_.set_max_substep(kStep / settings.substeps));
+    const bool has_tolerance = settings.contact_tolerance != settings_.contact_tolerance;
+    for (std::size_t i = 0; has_tolerance && i < world_.states().size(); ++i) {
+        const BodyId id = world_.id(i);
+        if (!id.is_valid() || world_.settings(id).type != BodyType::dynamic_body) continue;
+        if (world_.vehicle(id) != nullptr || world_.character(id) != nullptr) continue;
+        BodySettings body = world_.settings(id);
+        body.contact_tolerance = tolerance_of(body, settings);
+        TERRANE_TRY(world_.change(id, body));
+    }
+    settings_ = settings;
+    return {};
+}
+
 LiveState LiveWorld::save() const {
     return {.world = world_.save(),
+            .settings = settings_,
             .input = input_,
             .being = being_,
             .kind = kind_,
@@ -159,6 +189,7 @@ LiveState LiveWorld::save() const {
 
 Result<void> LiveWorld::restore(const LiveState& state) {
     TERRANE_TRY(world_, World::load(state.world));
+    settings_ = state.settings;
     objects_.take_over();
     input_ = state.input;
     being_ = state.being;
@@ -195,6 +226,7 @@ Result<BodyId> LiveWorld::throw_crate(const WorldPos& from_world, const Eigen::V
     BodySettings settings;
     settings.shape = Box{Eigen::Vector3d::Constant(kCrateHalfSide)};
     settings.mass = kCrateMass;
+    settings.contact_tolerance = tolerance_of(settings, settings_);
     TERRANE_TRY(const BodyId added, world_.add(settings, placement));
     thrown_.push_back(added);
     return added;

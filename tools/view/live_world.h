@@ -38,9 +38,20 @@ struct LiveInput {
     WorldPos hand_world = WorldPos::Zero();               ///< point to which it is pulled
 };
 
+/// How a LiveWorld simulates.
+struct LiveSettings {
+    static constexpr int kMostSubsteps = 16;
+    int substeps = 2;  ///< of a step, 1 to kMostSubsteps
+    /// Contact tolerance of dynamic bodies besides vehicles and characters, metres; thin bodies have at most a tenth of
+    /// their smallest half extent.
+    double contact_tolerance = 0.01;
+    bool operator==(const LiveSettings&) const = default;
+};
+
 /// Everything that a LiveWorld carries from one step to the next.
 struct LiveState {
     std::vector<std::byte> world = {};  ///< World::save()
+    LiveSettings settings = {};
     LiveInput input = {};
     Being being = Being::camera;
     VehicleKind kind = VehicleKind::truck;
@@ -78,6 +89,12 @@ public:
 
     World& world() { return world_; }
     const World& world() const { return world_; }
+
+    const LiveSettings& settings() const { return settings_; }
+    /// Changes the settings from the next step on, those of the bodies at once.
+    ///
+    /// Fails: invalid_argument for settings out of range; bodies may have the new ones then
+    Result<void> set(const LiveSettings& settings);
 
     /// The needs of all bodies, and of the vehicle or character that waits for its ground.
     std::span<const BodyNeed> needs();
@@ -162,6 +179,7 @@ private:
 
     const Terrain* terrain_;
     World world_;
+    LiveSettings settings_;
     ObjectBodies objects_;
     std::vector<BodyId> scene_ids_, thrown_;
     std::vector<BodyNeed> needs_;  // scratch
