@@ -33,7 +33,7 @@ VILLAGE = ["--scene", str(DATA / "village.json")]
 RASTER = ["--dem", str(DATA / "jacksboro.tif")]
 MEADOW = [*RASTER, "--seed", "7", "--detail-m", "0.5", "--start-m", "2790,190"]
 # the boxes of the panel that show marks of bodies, over a raster with a CRS
-MARKS = {"contacts": (122, 615), "bounds": (28, 638), "needs": (100, 638)}
+MARKS = {"contacts": (118, 591), "bounds": (204, 591), "needs": (275, 591)}
 
 
 class Display:

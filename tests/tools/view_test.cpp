@@ -6,6 +6,7 @@
 #include "view/free_camera.h"
 #include "view/live_history.h"
 #include "view/live_world.h"
+#include "view/map_panel.h"
 #include "view/marks.h"
 #include "view/overlay.h"
 #include "view/timeline.h"
@@ -264,9 +265,20 @@ TEST(MeshRay, MeetsTheSurfaceThatIsDrawn) {
             const auto hit = first_on_mesh(frame.made.mesh, frame.view.eye_world, along, 1e5);
             if (!hit) continue;
             ++hits;
-            const double distance = (*hit - frame.view.eye_world).norm();
-            const double height = frame.source->height(hit->x(), hit->y());
-            EXPECT_NEAR(hit->z(), height, allowed * std::max(1.0, distance) + 1e-9);
+            const WorldPos& at = hit->point_world;
+            const double distance = (at - frame.view.eye_world).norm();
+            const double height = frame.source->height(at.x(), at.y());
+            EXPECT_NEAR(at.z(), height, allowed * std::max(1.0, distance) + 1e-9);
+            // the chunk that draws it has it inside, up to the ends of the ray's rounding
+            ASSERT_NE(hit->ground, nullptr);
+            const Chunk& chunk = *hit->chunk;
+            EXPECT_EQ(hit->ground->chunk, hit->chunk);
+            const Lattice& lattice = frame.source->lattice();
+            const std::int64_t side = kChunkCells * chunk.step;
+            EXPECT_GT(at.x(), lattice.x(chunk.corner.x) - 1e-6);
+            EXPECT_LT(at.x(), lattice.x(chunk.corner.x + side) + 1e-6);
+            EXPECT_GT(at.y(), lattice.y(chunk.corner.y) - 1e-6);
+            EXPECT_LT(at.y(), lattice.y(chunk.corner.y + side) + 1e-6);
             // nothing is in front of it
             for (double share = 0.02; share < 0.98; share += 0.04) {
                 const WorldPos p = frame.view.eye_world + share * distance * along;
@@ -278,6 +290,74 @@ TEST(MeshRay, MeetsTheSurfaceThatIsDrawn) {
     EXPECT_FALSE(first_on_mesh(frame.made.mesh, frame.view.eye_world, {0.0, 0.0, 1.0}, 1e5));
     EXPECT_FALSE(first_on_mesh(frame.made.mesh, frame.view.eye_world, {0.0, 0.0, -1.0}, 1.0));
     EXPECT_FALSE(first_on_mesh(TerrainMesh{}, frame.view.eye_world, {0.0, 0.0, -1.0}, 1e5));
+}
+
+TEST(MapPicture, ShowsTheFinestResidentHeights) {
+    const HillFrame frame(20'000);
+    const std::shared_ptr<const ResidentSet> resident = frame.maker.pager().resident();
+    const Lattice& lattice = resident->lattice();
+    test::Random random(3);
+    std::set<int> levels;
+    for (int i = 0; i < 300; ++i) {
+        const WorldVec2 place(random.between(-3000, 3000), random.between(-3000, 3000));
+        const Chunk* slow = nullptr;  // the last one that contains the place
+        for (const std::shared_ptr<const Chunk>& chunk : resident->chunks()) {
+            const std::int64_t side = kChunkCells * chunk->step;
+            const bool is_inside = place.x() >= lattice.x(chunk->corner.x) &&
+                                   place.x() < lattice.x(chunk->corner.x + side) &&
+                                   place.y() >= lattice.y(chunk->corner.y) &&
+                                   place.y() < lattice.y(chunk->corner.y + side);
+            if (is_inside) slow = chunk.get();
+        }
+        ASSERT_EQ(finest_chunk_at(*resident, place), slow) << place.transpose();
+        levels.insert(slow == nullptr ? -1 : slow->key.level);
+    }
+    EXPECT_GT(levels.size(), 2u);
+    EXPECT_EQ(finest_chunk_at(*resident, {1e18, 0.0}), nullptr);
+
+    const MapPicture picture = make_map_picture(*resident, {10.0, 20.0}, 100.0);
+    double low = kInfinity, high = -kInfinity;
+    for (int row = 0; row < MapPicture::kTexels; ++row) {
+        for (int column = 0; column < MapPicture::kTexels; ++column) {
+            constexpr double kTexel = 100.0 / MapPicture::kTexels;
+            const double height =
+                frame.source->height(-40.0 + kTexel * (column + 0.5), -30.0 + kTexel * (row + 0.5));
+            low = std::min(low, height);
+            high = std::max(high, height);
+        }
+    }
+    EXPECT_NEAR(picture.low, low, 0.5);
+    EXPECT_NEAR(picture.high, high, 0.5);
+    const auto opacity = [](const std::array<std::uint8_t, 4>& texel) { return int{texel[3]}; };
+    EXPECT_EQ(std::ranges::count(picture.texels, 255, opacity), std::ssize(picture.texels));
+    const MapPicture nowhere = make_map_picture(*resident, {1e9, 0.0}, 100.0);
+    EXPECT_EQ(std::ranges::count(nowhere.texels, 0, opacity), std::ssize(nowhere.texels));
+}
+
+TEST(MapPicture, IsLitFromTheNorthWestAndEndsWithTheExtent) {
+    // a ridge along y with light from the left, and a valley along x with light from above
+    for (const bool is_along_y : {true, false}) {
+        SCOPED_TRACE(is_along_y);
+        const auto slopes = heights_from_function(
+            [is_along_y](double x, double y) {
+                return is_along_y ? -0.5 * std::abs(x) : 0.5 * std::abs(y);
+            },
+            {.extent = {-100.0, -100.0, 100.0, 100.0}, .slope = 0.5});
+        Pager pager = Pager::create(slopes.value(), {.worker_count = 0}).value();
+        pager.update({}, {}, 0.0);
+        const MapPicture picture = make_map_picture(*pager.resident(), {0.0, 0.0}, 240.0);
+        const auto texel = [&](int column, int row) {
+            return picture.texels[static_cast<std::size_t>(row * MapPicture::kTexels + column)];
+        };
+        constexpr int kLow = MapPicture::kTexels / 4, kHigh = 3 * MapPicture::kTexels / 4;
+        if (is_along_y) {
+            EXPECT_GT(texel(kLow, kLow)[1], 1.3 * texel(kHigh, kLow)[1]);
+        } else {
+            EXPECT_LT(1.3 * texel(kLow, kLow)[1], texel(kLow, kHigh)[1]);
+        }
+        EXPECT_EQ(texel(0, kLow)[3], 0);
+        EXPECT_EQ(texel(kLow, MapPicture::kTexels - 1)[3], 0);
+    }
 }
 
 TEST(LineProjector, ProjectsWhatDirectionThroughInverts) {
@@ -385,6 +465,30 @@ TEST_F(LiveWorldTest, CratesFlyAreReplacedAtTheLimitAndHangFromTheHand) {
     expect_nobody_fell();
 }
 
+TEST_F(LiveWorldTest, ItsSettingsActAtOnceOnAllBodies) {
+    const double height = terrain_.source->height(0.0, 0.0);
+    const auto throw_one = [&](double x) {
+        return *live_.throw_crate({x, 0.0, height + 3.0}, Eigen::Vector3d::Zero());
+    };
+    const BodyId before = throw_one(0.0);
+    const auto tolerance = [this](BodyId body) {
+        return live_.world().settings(body).contact_tolerance;
+    };
+    EXPECT_EQ(tolerance(before), LiveSettings().contact_tolerance);
+    ASSERT_TRUE(live_.set({.contact_tolerance = 1e-3}));
+    EXPECT_EQ(tolerance(before), 1e-3);
+    EXPECT_EQ(tolerance(throw_one(3.0)), 1e-3);
+    // a tenth of the half side of a crate
+    ASSERT_TRUE(live_.set({.contact_tolerance = 1.0}));
+    EXPECT_DOUBLE_EQ(tolerance(before), 0.04);
+    for (const int refused : {0, LiveSettings::kMostSubsteps + 1})
+        EXPECT_FALSE(live_.set({.substeps = refused})) << refused;
+    EXPECT_FALSE(live_.set({.contact_tolerance = -1.0}));
+    EXPECT_EQ(live_.settings(), LiveSettings{.contact_tolerance = 1.0});
+    simulate(2.0);
+    expect_nobody_fell();
+}
+
 TEST_F(LiveWorldTest, WhatIsSteeredAndStaticBodiesCannotBeGrabbed) {
     live_.walk({0.0, 0.0}, 1e3, {0.0, 1.0});
     simulate(0.5);
@@ -416,6 +520,11 @@ TEST_F(LiveWorldTest, EveryStateOfThePastHasTheBitsOfTheRun) {
                 live_.throw_crate({random.between(0, 20), random.between(-9, 9), height + 9.0},
                                   Eigen::Vector3d::Zero()));
         }
+        if (i == 250 || i == 400) {
+            is_changed = true;
+            ASSERT_TRUE(live_.set(i == 250 ? LiveSettings{.substeps = 5, .contact_tolerance = 1e-3}
+                                           : LiveSettings()));
+        }
         if (i == 200)
             live_.grab(live_.world().id(1),
                        live_.world().state(live_.world().id(1)).pose.translation);
@@ -436,10 +545,17 @@ TEST_F(LiveWorldTest, EveryStateOfThePastHasTheBitsOfTheRun) {
         ASSERT_TRUE(history.seek(step, live_, ground_of));
         ASSERT_EQ(history.step_now(), step);
         ASSERT_EQ(live_.world().state_hash(), hashes[step]) << step;
+        EXPECT_EQ(live_.settings().substeps, step > 250 && step <= 400 ? 5 : 2) << step;
         if (step > 60 && live_.body().is_valid()) {
             ASSERT_EQ(live_.view(View{}).eye_world, eyes[step]) << step;
         }
     }
+    // a change that no step has taken is undone, also where the past lies ahead
+    ASSERT_TRUE(history.seek(330, live_, ground_of));
+    ASSERT_TRUE(live_.set({.substeps = 9}));
+    ASSERT_TRUE(history.seek(340, live_, ground_of, true));
+    EXPECT_EQ(live_.world().state_hash(), hashes[340]);
+    EXPECT_EQ(live_.settings().substeps, 5);
     // a step from the past forgets what followed
     ASSERT_TRUE(history.seek(500, live_, ground_of));
     EXPECT_TRUE(history.is_in_past());

@@ -15,14 +15,16 @@ import random
 import shlex
 import shutil
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
 import time
+import zlib
 
 PATIENCE = float(os.environ.get("TERRANE_VIEW_PATIENCE", "60"))  # seconds; sanitizers are slow
 SIZE = (480, 320)
-SMALL = ["--budget", "6000", "--size", "%dx%d" % SIZE, "--no-help", "--no-vsync"]
+SMALL = ["--budget", "6000", "--no-help", "--no-vsync"]
 HILLS = ["--seed", "7", "--detail-m", "1"]
 DATA = pathlib.Path(__file__).resolve().parents[2] / "tools" / "data"
 SKIPPED = 77
@@ -31,10 +33,10 @@ SKIPPED = 77
 class View:
     """A running view and its state."""
 
-    def __init__(self, terrane, folder, *flags, terrain=HILLS):
+    def __init__(self, terrane, folder, *flags, terrain=HILLS, size=SIZE):
         self.log = pathlib.Path(folder) / "state.log"
         self.log.unlink(missing_ok=True)
-        command = [terrane, "view", *terrain, *SMALL, "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
+        command = [terrane, "view", *terrain, *SMALL, *([] if "--size" in flags else ["--size", "%dx%d" % size]), "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.taken = 0
         self.seen = []  # all states so far
@@ -44,7 +46,7 @@ class View:
                                 stdout=subprocess.PIPE, text=True, check=True).stdout.split()
         self.window = window[0]
         self.tool("windowfocus", "--sync", self.window)
-        self.tool("mousemove", SIZE[0] // 2, SIZE[1] * 3 // 4)
+        self.tool("mousemove", size[0] // 2, size[1] * 3 // 4)
 
     def tool(self, *words):
         subprocess.run(["xdotool", *map(str, words)], check=True)
@@ -75,6 +77,31 @@ class View:
     def key(self, *keys):
         self.tool("key", *keys)
 
+    def picture(self):
+        """What the window shows without panels."""
+        before = self.state["note"]
+        self.key("F12")
+        note = self.wait("a picture", lambda s: s["note"] != before and s["note"].startswith("wrote "))["note"]
+        file = pathlib.Path(note.split(" ", 1)[1])
+        return read_png(file)
+
+    def settle(self):
+        """Waits until the ground is loaded and has faded in."""
+        self.frames(30)
+        self.wait("a loaded ground", lambda s: s["late"] == 0)
+
+    def frames(self, count):
+        """Waits for so many frames after those that have ended; returns the state after them."""
+        self.states()
+        last = self.seen[-1]["frame"] + count
+        return self.wait(f"frame {last}", lambda s: s["frame"] >= last)
+
+    def drag(self, x, y, to_x, to_y):
+        """Drags with the left button; press, motion and release are in different frames."""
+        for words in (("mousemove", x, y, "mousedown", 1), ("mousemove", to_x, to_y), ("mouseup", 1)):
+            self.tool(*words)
+            self.frames(2)
+
     def step(self, key):
         """Steps the paused timeline; returns the state after it."""
         before = self.state["time"]
@@ -92,6 +119,43 @@ class View:
 
 def distance(a, b):
     return math.dist(a["eye"], b["eye"])
+
+
+def read_png(file):
+    """Width and rows of a PNG with 8 bits of red, green and blue, not interlaced: bytes for each row."""
+    data = pathlib.Path(file).read_bytes()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n", file
+    width, height, *kind = struct.unpack(">IIBBBBB", data[16:29])
+    assert kind == [8, 2, 0, 0, 0], kind
+    packed, at = b"", 8
+    while at < len(data):
+        length, name = struct.unpack(">I4s", data[at:at + 8])
+        packed += data[at + 8:at + 8 + length] if name == b"IDAT" else b""
+        at += length + 12
+    raw, stride = zlib.decompress(packed), 3 * width
+    rows, above = [], bytes(stride)
+    for y in range(height):
+        line = bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        predict = raw[y * (stride + 1)]
+        for i in range(stride if predict else 0):
+            left, up, corner = (line[i - 3], above[i], above[i - 3]) if i >= 3 else (0, above[i], 0)
+            if predict == 4:  # Paeth
+                up = min((left, up, corner), key=lambda value: abs(left + up - corner - value))
+            line[i] = (line[i] + (0, left, up, (left + up) // 2, up)[predict]) & 255
+        rows.append(bytes(line))
+        above = line
+    return width, rows
+
+
+def changed_share(before, after, tolerance=12):
+    """Share of the pixels in which two pictures differ by more than a tolerance."""
+    (width, rows), (other_width, other_rows) = before, after
+    assert width == other_width and len(rows) == len(other_rows)
+    count = 0
+    for row, other in zip(rows, other_rows):
+        if row != other:
+            count += sum(max(abs(a - b) for a, b in zip(row[i:i + 3], other[i:i + 3])) > tolerance for i in range(0, len(row), 3))
+    return count / (width * len(rows))
 
 
 def flies_walks_drives_and_throws(terrane, folder):
@@ -129,6 +193,8 @@ def picks_digs_and_undoes(terrane, folder):
         view.tool("click", "1")
         state = view.wait("a pick", lambda s: s["clicks"] > before)
         assert state["picked"][0].startswith("ground "), state["picked"]
+        assert any(line.startswith("resident: level ") for line in state["picked"]), state["picked"]
+        assert any(line.startswith("drawn: level ") for line in state["picked"]), state["picked"]
         return [float(word.rstrip(",")) for word in state["picked"][0].split()[1:4]]
 
     view.key("space")
@@ -299,10 +365,83 @@ def marks_and_panels_work(terrane, folder):
     view.tool("keydown", "w")
     view.wait("a drive", lambda s: s["body"]["speed"] > 1.0)
     view.tool("keyup", "w")
-    for colours in ["levels", "chunks", "error", "late", "none"]:
+    for colours in ["levels", "chunks", "error", "late", "none"]:  # no materials, which the look has not
         view.key("g")
         view.wait(colours, lambda s: s["note"].endswith(": " + colours))
-    view.key("F1")
+    view.end()
+
+
+def pictures_return_and_differ(terrane, folder):
+    view = View(terrane, folder, "--ground", "alpine", "--eye-m", "0,0,40", "--aim-deg", "0,-20", size=(120, 90))
+    view.frames(2)
+    home = view.picture()
+    view.tool("keydown", "w")
+    view.wait("a flight", lambda s: s["eye"][1] > 20.0)
+    view.tool("keyup", "w")
+    assert changed_share(home, view.picture()) > 0.2
+    view.key("h")
+    view.wait("home", lambda s: math.dist(s["eye"], (0, 0, 40)) < 0.01)
+    view.settle()
+    assert changed_share(home, view.picture()) < 0.01
+    seen = [home]
+    view.key("t")
+    view.frames(2)
+    seen.append(view.picture())
+    view.key("t")
+    for colours in ("levels", "materials"):
+        while view.state["colours"] != colours:
+            before = view.state["colours"]
+            view.key("g")
+            view.wait("other colours", lambda s: s["colours"] != before)
+        seen.append(view.picture())
+    for i, picture in enumerate(seen):
+        for other in seen[:i]:
+            assert changed_share(picture, other) > 0.05, i
+    view.end()
+
+
+def dials_act_at_once(terrane, folder):
+    view = View(terrane, folder, "--eye-m", "0,0,40", "--aim-deg", "0,-20", size=(704, 560))
+    view.key("F2")
+    start = view.wait("the panel", lambda s: s["covered"] > 0.2)
+    for name, y, to_x in (("budget", 335, 60), ("ceiling_bytes", 395, 43), ("sun_deg", 415, 60), ("substeps", 475, 140),
+                          ("contact_tolerance", 495, 60)):
+        view.drag(100, y, to_x, y)
+        assert view.state[name] != start[name], (name, "the panel has another layout?")
+    end = view.wait("the evictions", lambda s: s["resident_bytes"] <= s["ceiling_bytes"])
+    assert end["ceiling_bytes"] < start["resident_bytes"] and end["contact_tolerance"] < start["contact_tolerance"], end
+    assert end["substeps"] > start["substeps"], end
+    # the sun follows the shadow at the cursor, the camera does not
+    view.tool("mousemove", 520, 400, "keydown", "y")
+    view.frames(2)
+    view.tool("mousemove", 580, 370)
+    turned = view.wait("another sun", lambda s: s["sun_deg"] != end["sun_deg"])
+    view.tool("keyup", "y")
+    assert 1.0 <= turned["sun_deg"][1] <= 90.0 and turned["forward"] == start["forward"], turned
+    # the past has its own substeps
+    end = view.state
+    view.wait("a step with them", lambda s: s["step"] > end["step"] + 10)
+    view.key("space")
+    view.wait("a pause", lambda s: not s["playing"])
+    view.tool("mousemove", 704 // 2 - 130, 560 - 24, "click", "1")
+    view.wait("the past", lambda s: s["substeps"] == start["substeps"])
+    view.end()
+
+
+def panels_leave_half_of_the_window(terrane, folder):
+    view = View(terrane, folder)
+    for size in ((480, 320), (720, 400)):
+        view.tool("windowsize", "--sync", view.window, *size)
+        view.wait("the size", lambda s: s["size"] == list(size))
+        most = 0.0
+        open_panel = ["mousemove", 18, 19, "click", 1]  # it is collapsed
+        for words in (["key", "F2"], open_panel, ["key", "m"], ["key", "F1"], ["key", "m"], ["key", "F1"], ["key", "F2"]):
+            view.tool(*words)
+            most = max(most, view.frames(3)["covered"])
+            assert most <= 0.51, (size, words, most)
+        assert most > 0.4, (size, most)
+    if view.state["help"]:
+        view.key("Escape")
     view.end()
 
 
@@ -350,7 +489,8 @@ def ends_in_a_line_without_a_display(terrane, folder):
 
 
 CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, frees_what_a_fill_covers, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven, stays_in_a_cave,
-         resizes_pictures_and_copies, marks_and_panels_work, refuses_what_cannot_be, ends_in_a_line_without_a_display]
+         resizes_pictures_and_copies, marks_and_panels_work, pictures_return_and_differ, dials_act_at_once,
+         panels_leave_half_of_the_window, refuses_what_cannot_be, ends_in_a_line_without_a_display]
 
 
 def resident_bytes(pid):
@@ -363,7 +503,7 @@ def play_at_random(terrane, folder, minutes, seed):
     print("seed", seed, flush=True)
     chance = random.Random(seed)
     view = View(terrane, folder)
-    keys = ["w", "a", "s", "d", "e", "q", "Tab", "f", "x", "c", "z", "space", "F1", "F2", "m", "j", "b", "u", "o", "h", "n",
+    keys = ["w", "a", "s", "d", "e", "q", "Tab", "f", "x", "c", "z", "space", "F1", "F2", "m", "j", "b", "u", "o", "h", "n", "y",
             "1", "ctrl+1", "comma", "period", "bracketleft", "bracketright", "l", "p", "g", "t", "k", "Shift_L"]
     held, sizes = set(), []
     end = time.monotonic() + 60.0 * minutes

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <unordered_set>
 
@@ -89,7 +90,8 @@ double chunk_error_px(const TerrainMesh& mesh, const MeshChunk& chunk, const Vie
 std::function<GroundMark(const MeshChunk&)> ground_marks(GroundColours colours,
                                                          const TerrainMesh& mesh, const View& view,
                                                          double max_error_px, double morph_ratio) {
-    if (colours == GroundColours::none || mesh.resident == nullptr) return nullptr;
+    const bool has_marks = colours != GroundColours::none && colours != GroundColours::materials;
+    if (!has_marks || mesh.resident == nullptr) return nullptr;
     if (colours == GroundColours::chunks) {
         return [](const MeshChunk& chunk) {
             return GroundMark{colour_of(chunk.chunk->key), kOpacity};
@@ -141,15 +143,16 @@ std::optional<double> distance_to(const WorldPos& from, const Eigen::Vector3d& a
 
 }  // namespace
 
-std::optional<WorldPos> first_on_mesh(const TerrainMesh& mesh, const WorldPos& from_world,
-                                      const Eigen::Vector3d& along, double most_distance) {
+std::optional<MeshHit> first_on_mesh(const TerrainMesh& mesh, const WorldPos& from_world,
+                                     const Eigen::Vector3d& along, double most_distance) {
     double nearest = most_distance;
-    bool is_hit = false;
-    const auto meet = [&](const std::array<WorldPos, 3>& corners) {
+    MeshHit hit;
+    const auto meet = [&](const std::array<WorldPos, 3>& corners, const Chunk* drawn,
+                          const MeshChunk* ground) {
         const std::optional<double> t = distance_to(from_world, along, corners);
         if (!t || *t > nearest) return;
         nearest = *t;
-        is_hit = true;
+        hit = {from_world + nearest * along, drawn, ground};
     };
     for (const MeshChunk& drawn : mesh.chunks) {
         const Chunk& chunk = *drawn.chunk;
@@ -163,19 +166,41 @@ std::optional<WorldPos> first_on_mesh(const TerrainMesh& mesh, const WorldPos& f
         };
         for (std::uint32_t i = 0; i < drawn.index_count; i += 3) {
             const std::uint16_t* const t = &mesh.indices[drawn.first_index + i];
-            meet({corner(t[0]), corner(t[1]), corner(t[2])});
+            meet({corner(t[0]), corner(t[1]), corner(t[2])}, &chunk, &drawn);
         }
     }
     for (const MeshSolid& solid : mesh.solids) {
         const auto& vertices = solid.chunk->solid->triangles().vertices_world;
         const auto meet_all = [&](MeshSolid::Triangles triangles) {
-            for (const auto& t : triangles) meet({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+            for (const auto& t : triangles)
+                meet({vertices[t[0]], vertices[t[1]], vertices[t[2]]}, solid.chunk, nullptr);
         };
         meet_all(solid.triangles);
         for (const MeshSolid::Triangles& cap : solid.caps) meet_all(cap);
     }
-    if (!is_hit) return std::nullopt;
-    return WorldPos(from_world + nearest * along);
+    return hit.chunk != nullptr ? std::optional(hit) : std::nullopt;
+}
+
+const Chunk* finest_chunk_at(const ResidentSet& resident, const WorldVec2& place_world) {
+    const Lattice& lattice = resident.lattice();
+    const auto root = [&](double from_origin) {
+        return static_cast<std::int32_t>(std::floor(from_origin / lattice.root_size()));
+    };
+    const double east = place_world.x() - lattice.origin_x;
+    const double north = place_world.y() - lattice.origin_y;
+    // beyond the numbers of root squares
+    if (!(std::max(std::abs(east), std::abs(north)) / lattice.root_size() < 0x1p31)) return nullptr;
+    ChunkKey key{root(east), root(north), 0};
+    const Chunk* finest = resident.find_chunk(key);
+    for (const Chunk* next = finest; next != nullptr; next = resident.find_chunk(key)) {
+        finest = next;
+        if (key.level == lattice.finest_level) break;
+        const double half = 0.5 * kChunkCells * lattice.level_spacing(key.level);
+        const int quadrant = (east >= (2.0 * key.x + 1.0) * half ? 1 : 0) |
+                             (north >= (2.0 * key.y + 1.0) * half ? 2 : 0);
+        key = key.child(quadrant);
+    }
+    return finest;
 }
 
 LineProjector::LineProjector(const View& view) : view_(view), right_(view.right()) {}

@@ -17,32 +17,43 @@ namespace terrane::tools {
 /// What the colours over the ground show.
 enum class GroundColours {
     none,
-    levels,  ///< level of detail: blue is coarse, red fine
-    chunks,  ///< a colour for each chunk, so that borders show
-    error,   ///< certified error of each chunk: blue is none, red that of the frame
-    late,    ///< chunks that should be finer, and whose finer chunks have not arrived
+    levels,     ///< level of detail: blue is coarse, red fine
+    chunks,     ///< a colour for each chunk, so that borders show
+    error,      ///< certified error of each chunk: blue is none, red that of the frame
+    late,       ///< chunks that should be finer, and whose finer chunks have not arrived
+    materials,  ///< TerrainRenderer::set_flat_materials()
 };
-inline constexpr std::array<const char*, 5> kGroundColourNames{"none", "levels", "chunks", "error",
-                                                               "late"};
+inline constexpr std::array<const char*, 6> kGroundColourNames{"none",  "levels", "chunks",
+                                                               "error", "late",   "materials"};
 
 /// Certified error of the part of the ground that a chunk of a mesh draws, pixels of the picture's centre: its share of
 /// the threshold, and the bounds of the quarters that no finer chunk draws, at their least distance from the eye.
 double chunk_error_px(const TerrainMesh& mesh, const MeshChunk& chunk, const View& view,
                       double morph_ratio);
 
-/// The colours of the chunks of a mesh; null for GroundColours::none. References `mesh`, and is valid as long as it.
+/// The colours of the chunks of a mesh; null for none and materials. References `mesh`, and is valid as long as it.
 ///
 /// @param max_error_px the frame's target
 std::function<GroundMark(const MeshChunk&)> ground_marks(GroundColours colours,
                                                          const TerrainMesh& mesh, const View& view,
                                                          double max_error_px, double morph_ratio);
 
+/// A point on the drawn surface.
+struct MeshHit {
+    WorldPos point_world = WorldPos::Zero();
+    const Chunk* chunk = nullptr;       ///< that draws it
+    const MeshChunk* ground = nullptr;  ///< the same in the mesh; null for volumes
+};
+
 /// The first point of a ray on the drawn surface, volumes included; none within a distance.
 ///
 /// @param along unit
 /// Cost: O(triangles of the mesh)
-std::optional<WorldPos> first_on_mesh(const TerrainMesh& mesh, const WorldPos& from_world,
-                                      const Eigen::Vector3d& along, double most_distance);
+std::optional<MeshHit> first_on_mesh(const TerrainMesh& mesh, const WorldPos& from_world,
+                                     const Eigen::Vector3d& along, double most_distance);
+
+/// The finest resident chunk over a place; null where none is.
+const Chunk* finest_chunk_at(const ResidentSet& resident, const WorldVec2& place_world);
 
 /// A line or a point over a picture, pixels from its left upper corner.
 struct PictureLine {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "view/overlay.h"
 
+#include "view/widgets.h"
+
 #include <GLFW/glfw3.h>
 #include <fmt/format.h>
 #include <imgui.h>
@@ -10,15 +12,25 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace terrane::tools {
 namespace {
 
-constexpr std::size_t kPlotted = 180;  // frames
-constexpr float kMargin = 10.0f;       // pixels between panels and the window's edges
+constexpr std::size_t kPlotted = 180;   // frames
+constexpr float kPlotHigh = 26.0f;      // pixels
+constexpr float kMargin = 10.0f;        // pixels between panels and the window's edges
+constexpr float kNarrow = 700.0f;       // width of a window in which the panel starts collapsed
+constexpr float kMostCovered = 0.5f;    // share of the window that panels cover
+constexpr float kLeastHigh = 60.0f;     // of a panel
+constexpr float kReserved = 34'000.0f;  // area for each panel that is drawn later
+constexpr float kPanelOpacity = 0.78f;
+constexpr int kPanelFlags = ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings;
+constexpr float kMapSide = 260.0f,
+                kMapShare = 0.4f;  // of the map, and of the window's shorter side
 
-constexpr std::array<KeyHelp, 31> kKeys{{
+constexpr std::array<KeyHelp, 32> kKeys{{
     {"W A S D", "fly, walk or drive", true},
     {"right mouse", "look around (hold)", true},
     {"wheel", "faster or slower; nearer in an orbit", true},
@@ -44,7 +56,8 @@ constexpr std::array<KeyHelp, 31> kKeys{{
     {"[ and ]", "slower or faster playback"},
     {"L", "loop the playback"},
     {"P", "back onto the path"},
-    {"G", "colours of the ground: levels, chunks, error, late"},
+    {"Y", "hold it: the shadow at the cursor follows, and the sun"},
+    {"G", "colours of the ground: levels, chunks, error, late, materials"},
     {"T", "wireframe"},
     {"F11", "full screen"},
     {"Escape", "hide the keys; then close the window"},
@@ -52,17 +65,31 @@ constexpr std::array<KeyHelp, 31> kKeys{{
     {"K", "copy as command"},
 }};
 
-// A slider over powers of ten.
-bool log_slider(const char* label, double& value, double low, double high, const char* format) {
-    return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format,
-                               ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp);
-}
-
 void show_bar(const char* label, double value, double most, const std::string& text) {
     ImGui::ProgressBar(most > 0.0 ? static_cast<float>(std::min(1.0, value / most)) : 0.0f,
                        ImVec2(ImGui::CalcItemWidth(), 0.0f), text.c_str());
     ImGui::SameLine();
     ImGui::TextUnformatted(label);
+}
+
+void slider(const char* label, double& value, double low, double high, const char* format) {
+    ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, format);
+}
+
+// The colours of the ground's materials, three a line.
+void draw_legend() {
+    constexpr std::size_t kColumns = 3;
+    for (std::size_t i = 0; i < kFlatMaterials.size(); ++i) {
+        const auto& [name, colour] = kFlatMaterials[i];
+        if (i % kColumns > 0) {
+            ImGui::SameLine(static_cast<float>(i % kColumns) * ImGui::CalcItemWidth() / 2.0f);
+        }
+        ImGui::ColorButton(name, ImVec4(colour.red, colour.green, colour.blue, 1.0f),
+                           ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoDragDrop,
+                           ImVec2(ImGui::GetFontSize(), ImGui::GetFontSize()));
+        ImGui::SameLine();
+        ImGui::TextUnformatted(name);
+    }
 }
 
 template <std::size_t n>
@@ -75,11 +102,7 @@ void plot(const char* label, const std::deque<std::array<float, n>>& values, std
     const std::string text =
         column_values.empty() ? "" : fmt::format("{:.2f}", column_values.back());
     ImGui::PlotLines(label, column_values.data(), static_cast<int>(column_values.size()), 0,
-                     text.c_str(), 0.0f, 1.1f * most, ImVec2(ImGui::CalcItemWidth(), 34.0f));
-}
-
-ImU32 colour_of(const std::array<float, 3>& rgb, float alpha = 1.0f) {
-    return ImGui::ColorConvertFloat4ToU32(ImVec4(rgb[0], rgb[1], rgb[2], alpha));
+                     text.c_str(), 0.0f, 1.1f * most, ImVec2(ImGui::CalcItemWidth(), kPlotHigh));
 }
 
 }  // namespace
@@ -94,9 +117,13 @@ Overlay::Overlay(Window& window) : window_(window) {
     io.LogFilename = nullptr;
     ImGui::StyleColorsDark();
     const auto scale = static_cast<float>(window.content_scale());
+    // so that the panel fits into a window of 720 lines
+    ImGui::GetStyle().FramePadding.y = 2.0f;
+    ImGui::GetStyle().ItemSpacing.y = 3.0f;
     ImGui::GetStyle().ScaleAllSizes(scale);
     io.FontGlobalScale = scale;
     ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
+    map_.reserve_texture();
     io.KeyMap[ImGuiKey_Tab] = -1;  // of the view: in a panel it would edit the next dial
     ImGui_ImplOpenGL3_Init("#version 450 core");
 }
@@ -107,16 +134,46 @@ Overlay::~Overlay() {
     ImGui::DestroyContext();
 }
 
-void Overlay::begin_panel(const char* name, bool* is_open, int more_flags) {
-    ImGui::SetNextWindowBgAlpha(0.78f);
-    ImGui::Begin(name, is_open,
-                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings | more_flags);
+// Begins a panel. It scrolls if it would reach the timeline, or with the others cover too much of the window. Returns
+// whether it is open, so that it has contents.
+bool Overlay::begin_panel(const char* name, bool* is_open, int more_flags) {
+    struct Room {
+        ImVec2 most;
+        float area;
+    };
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    Room room{ImVec2(size.x - 2.0f * kMargin, floor_ - kMargin),
+              kMostCovered * size.x * size.y - covered_area() -
+                  kReserved * static_cast<float>(later_panels_)};
+    const auto limit = [](ImGuiSizeCallbackData* data) {
+        const auto& [most, area] = *static_cast<const Room*>(data->UserData);
+        ImVec2& wanted = data->DesiredSize;
+        wanted.x = std::min(wanted.x, std::max(1.0f, most.x));
+        const float high = std::min(most.y, area / std::max(1.0f, wanted.x));
+        wanted.y = std::min(wanted.y, std::max(kLeastHigh, high));
+    };
+    constexpr float kAny = std::numeric_limits<float>::max();
+    ImGui::SetNextWindowSizeConstraints(ImVec2(0.0f, 0.0f), ImVec2(kAny, kAny), limit, &room);
+    ImGui::SetNextWindowBgAlpha(kPanelOpacity);
+    return ImGui::Begin(name, is_open, kPanelFlags | more_flags);
 }
 
 void Overlay::end_panel() {
     const ImVec2 low = ImGui::GetWindowPos(), size = ImGui::GetWindowSize();
     covered_.push_back({low.x, low.y, low.x + size.x, low.y + size.y});
     ImGui::End();
+}
+
+// Of all panels of this frame so far, ImGui's units.
+float Overlay::covered_area() const {
+    float sum = 0.0f;
+    for (const auto& [left, top, right, bottom] : covered_) sum += (right - left) * (bottom - top);
+    return sum;
+}
+
+double Overlay::covered_share() const {
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    return static_cast<double>(covered_area() / std::max(1.0f, size.x * size.y));
 }
 
 bool Overlay::takes_mouse(double x_px, double y_px) const {
@@ -148,6 +205,7 @@ double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timelin
     covered_.clear();
     const auto start = std::chrono::steady_clock::now();
     ImGui_ImplOpenGL3_NewFrame();
+    if (shows_map) map_.refresh(facts);
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     ImDrawList* const back = ImGui::GetBackgroundDrawList();
@@ -160,12 +218,16 @@ double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timelin
                       ImVec2(line.ends[2] * x_scale, line.ends[3] * y_scale),
                       colour_of(line.colour), 1.5f);
     }
-    if (help != Help::none) draw_help();
+    floor_ = size.y - kMargin;
+    take_turns(size.x < kNarrow);
+    later_panels_ = (shows_map ? 1 : 0) + (help != Help::none ? 1 : 0);
+    // the first ones have the most room
     if (shows_panel) {
-        draw_panel(facts, dials);
         draw_timeline(timeline);
+        draw_panel(facts, dials);
     }
     if (shows_map) draw_map(facts);
+    if (help != Help::none) draw_help();
     if (has_notes) draw_notes(facts);
     ImGui::Render();
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
@@ -173,13 +235,25 @@ double Overlay::draw(const ViewFacts& facts, ViewDials& dials, Timeline& timelin
         .count();
 }
 
+// In a narrow window panel, map and keys take turns: the one that was opened last is shown.
+void Overlay::take_turns(bool is_narrow) {
+    const bool has_help = help != Help::none;
+    const bool opens_map = shows_map && !had_map_, opens_help = has_help && !had_help_;
+    if (is_narrow && opens_map) help = Help::none;
+    if (is_narrow && opens_help && !opens_map) shows_map = false;
+    collapses_panel_ = is_narrow && (opens_map || opens_help);
+    had_map_ = shows_map;
+    had_help_ = help != Help::none;
+}
+
 void Overlay::draw_help() {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos(ImVec2(size.x - kMargin, kMargin), ImGuiCond_Always,
                             ImVec2(1.0f, 0.0f));
     bool is_open = true;
-    begin_panel(help == Help::first ? "Ten keys" : "Keys", &is_open);
-    if (ImGui::BeginTable("keys", 2)) {
+    --later_panels_;
+    const bool has_contents = begin_panel(help == Help::first ? "Ten keys" : "Keys", &is_open);
+    if (has_contents && ImGui::BeginTable("keys", 2)) {
         for (const KeyHelp& key : kKeys) {
             if (help == Help::first && !key.is_first) continue;
             ImGui::TableNextRow();
@@ -197,10 +271,28 @@ void Overlay::draw_help() {
 }
 
 void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
-    const FrameRecord& frame = *facts.frame;
     ImGui::SetNextWindowPos(ImVec2(kMargin, kMargin), ImGuiCond_FirstUseEver);
-    begin_panel("Terrane", &shows_panel);
-    ImGui::PushItemWidth(170.0f * static_cast<float>(window_.content_scale()));
+    const bool is_narrow = ImGui::GetIO().DisplaySize.x < kNarrow;
+    ImGui::SetNextWindowCollapsed(is_narrow, ImGuiCond_FirstUseEver);
+    if (collapses_panel_) ImGui::SetNextWindowCollapsed(true);
+    const bool has_contents = begin_panel("Terrane", &shows_panel);
+    const bool was_open = std::exchange(is_panel_open_, !ImGui::IsWindowCollapsed());
+    if (has_contents) {
+        if (is_narrow && is_panel_open_ && !was_open) {
+            help = Help::none;
+            shows_map = false;
+        }
+        ImGui::PushItemWidth(170.0f * static_cast<float>(window_.content_scale()));
+        draw_figures(facts);
+        draw_dials(dials);
+        draw_choices(dials);
+        ImGui::PopItemWidth();
+    }
+    end_panel();
+}
+
+void Overlay::draw_figures(const ViewFacts& facts) {
+    const FrameRecord& frame = *facts.frame;
     const WorldPos& eye = facts.view.eye_world;
     ImGui::Text("eye %.1f, %.1f, %.1f m", eye.x(), eye.y(), eye.z());
     if (std::isfinite(facts.altitude)) {
@@ -235,18 +327,16 @@ void Overlay::draw_panel(const ViewFacts& facts, ViewDials& dials) {
                 count(BodyCondition::asleep), count(BodyCondition::parked));
     ImGui::Text("deepest %.4f m, fell through %llu", facts.live->totals().max_depth_m,
                 static_cast<unsigned long long>(facts.live->totals().fell_through));
-    draw_dials(dials);
-    ImGui::PopItemWidth();
-    end_panel();
 }
 
 // What was picked, and the last message, over the middle of the window's upper edge.
 void Overlay::draw_notes(const ViewFacts& facts) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, kMargin), ImGuiCond_Always, ImVec2(0.5f, 0.0f));
-    begin_panel("Notes", nullptr,
-                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoInputs |
-                    ImGuiWindowFlags_NoFocusOnAppearing);
+    ImGui::SetNextWindowBgAlpha(kPanelOpacity);
+    ImGui::Begin("Notes", nullptr,
+                 kPanelFlags | ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoInputs | ImGuiWindowFlags_NoFocusOnAppearing);
     ImGui::PushTextWrapPos(0.45f * size.x);
     for (const std::string& line : facts.picked) ImGui::TextUnformatted(line.c_str());
     if (!facts.note.empty())
@@ -256,56 +346,58 @@ void Overlay::draw_notes(const ViewFacts& facts) {
 }
 
 void Overlay::draw_dials(ViewDials& dials) {
-    if (ImGui::CollapsingHeader("Dials", ImGuiTreeNodeFlags_DefaultOpen)) {
-        log_slider("budget", dials.budget, 1000.0, 4e6, "%.0f");
-        log_slider("target, px", dials.max_error_px, 0.1, 32.0, "%.2f");
-        log_slider("morph ratio", dials.morph_ratio, 1.0, 16.0, "%.2f");
-        double low = 0.0, high = 360.0;
-        ImGui::SliderScalar("sun azimuth", ImGuiDataType_Double, &dials.sun_deg[0], &low, &high,
-                            "%.0f deg");
-        low = -5.0;
-        high = 90.0;
-        ImGui::SliderScalar("sun elevation", ImGuiDataType_Double, &dials.sun_deg[1], &low, &high,
-                            "%.0f deg");
-        if (dials.sun_hour) {
-            low = 0.0;
-            high = 24.0;
-            ImGui::SliderScalar("sun, UTC", ImGuiDataType_Double, &*dials.sun_hour, &low, &high,
-                                "%.1f h");
-        }
-        log_slider("brush, m", dials.brush_radius, 0.1, 1000.0, "%.1f");
-    }
-    if (ImGui::CollapsingHeader("Show", ImGuiTreeNodeFlags_DefaultOpen)) {
-        int colours = static_cast<int>(dials.colours);
-        ImGui::Combo("ground", &colours, kGroundColourNames.data(),
-                     static_cast<int>(kGroundColourNames.size()));
-        dials.colours = static_cast<GroundColours>(colours);
-        ImGui::Checkbox("wireframe", &dials.wireframe);
-        ImGui::SameLine();
-        ImGui::Checkbox("contacts", &dials.bodies.contacts);
-        ImGui::Checkbox("bounds", &dials.bodies.bounds);
-        ImGui::SameLine();
-        ImGui::Checkbox("needs", &dials.bodies.needs);
-        int vehicle = static_cast<int>(dials.vehicle);
-        const std::vector<std::string> names = vehicle_names();
-        ImGui::Combo(
-            "vehicle", &vehicle,
-            [](void* data, int row, const char** text_out) {
-                *text_out = (*static_cast<const std::vector<std::string>*>(
-                    data))[static_cast<std::size_t>(row)]
-                                .c_str();
-                return true;
-            },
-            const_cast<std::vector<std::string>*>(&names), static_cast<int>(names.size()));
-        dials.vehicle = static_cast<VehicleKind>(vehicle);
-    }
+    if (!ImGui::CollapsingHeader("Dials", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    log_slider("budget", dials.budget, 1000.0, 4e6, "%.0f");
+    log_slider("target, px", dials.max_error_px, 0.1, 32.0, "%.2f");
+    log_slider("morph ratio", dials.morph_ratio, 1.0, 16.0, "%.2f");
+    log_slider("memory, MB", dials.memory_mb, 4.0, 16384.0, "%.0f");
+    slider("sun azimuth", dials.sun_deg[0], 0.0, 360.0, "%.0f deg");
+    slider("sun elevation", dials.sun_deg[1], -5.0, 90.0, "%.0f deg");
+    if (dials.sun_hour) slider("sun, UTC", *dials.sun_hour, 0.0, 24.0, "%.1f h");
+    log_slider("brush, m", dials.brush_radius, 0.1, 1000.0, "%.1f");
+    ImGui::SliderInt(
+        "substeps", &dials.live.substeps, 1, LiveSettings::kMostSubsteps,
+        fmt::format("%d of {:.1f} ms", 1e3 * LiveWorld::kStep / dials.live.substeps).c_str(),
+        ImGuiSliderFlags_AlwaysClamp);
+    double tolerance_mm = 1e3 * dials.live.contact_tolerance;
+    if (log_slider("tolerance, mm", tolerance_mm, 0.1, 100.0, "%.1f"))
+        dials.live.contact_tolerance = 1e-3 * tolerance_mm;
+}
+
+void Overlay::draw_choices(ViewDials& dials) {
+    if (!ImGui::CollapsingHeader("Show", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    int colours = static_cast<int>(dials.colours);
+    ImGui::Combo("ground", &colours, kGroundColourNames.data(),
+                 static_cast<int>(kGroundColourNames.size()));
+    dials.colours = static_cast<GroundColours>(colours);
+    if (dials.colours == GroundColours::materials) draw_legend();
+    ImGui::Checkbox("wireframe", &dials.wireframe);
+    ImGui::SameLine();
+    ImGui::Checkbox("contacts", &dials.bodies.contacts);
+    ImGui::SameLine();
+    ImGui::Checkbox("bounds", &dials.bodies.bounds);
+    ImGui::SameLine();
+    ImGui::Checkbox("needs", &dials.bodies.needs);
+    int vehicle = static_cast<int>(dials.vehicle);
+    const std::vector<std::string> names = vehicle_names();
+    ImGui::Combo(
+        "vehicle", &vehicle,
+        [](void* data, int row, const char** text_out) {
+            *text_out =
+                (*static_cast<const std::vector<std::string>*>(data))[static_cast<std::size_t>(row)]
+                    .c_str();
+            return true;
+        },
+        const_cast<std::vector<std::string>*>(&names), static_cast<int>(names.size()));
+    dials.vehicle = static_cast<VehicleKind>(vehicle);
 }
 
 void Overlay::draw_timeline(Timeline& timeline) {
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos(ImVec2(0.5f * size.x, size.y - kMargin), ImGuiCond_Always,
                             ImVec2(0.5f, 1.0f));
-    begin_panel("Timeline", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
+    // without a title it is always open
+    (void)begin_panel("Timeline", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
     if (ImGui::Button(timeline.is_playing() ? "Pause" : "Play ")) timeline.toggle();
     ImGui::SameLine();
     if (std::isfinite(timeline.last())) {
@@ -328,57 +420,17 @@ void Overlay::draw_timeline(Timeline& timeline) {
         ImGui::SameLine();
         if (ImGui::Checkbox("loop", &loops)) timeline.set_loops(loops);
     }
+    floor_ = ImGui::GetWindowPos().y - 0.5f * kMargin;
     end_panel();
 }
 
 void Overlay::draw_map(const ViewFacts& facts) {
-    constexpr float kSide = 260.0f;
-    const ImVec2 window_size = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos(ImVec2(window_size.x - kMargin, window_size.y - kMargin),
-                            ImGuiCond_FirstUseEver, ImVec2(1.0f, 1.0f));
-    begin_panel("Map", &shows_map);
-    log_slider("side, m", map_side_, 100.0, 1e6, "%.0f");
-    const ImVec2 corner = ImGui::GetCursorScreenPos();
-    ImGui::InvisibleButton("map", ImVec2(kSide, kSide));
-    ImDrawList* const list = ImGui::GetWindowDrawList();
-    const ImVec2 end(corner.x + kSide, corner.y + kSide);
-    list->PushClipRect(corner, end, true);
-    list->AddRectFilled(corner, end, IM_COL32(20, 24, 28, 255));
-    const WorldPos& eye = facts.view.eye_world;
-    const double scale = static_cast<double>(kSide) / map_side_;
-    const auto at = [&](double x, double y) {
-        return ImVec2(corner.x + 0.5f * kSide + static_cast<float>((x - eye.x()) * scale),
-                      corner.y + 0.5f * kSide - static_cast<float>((y - eye.y()) * scale));
-    };
-    const Lattice& lattice = facts.resident->lattice();
-    const float finest = static_cast<float>(std::max(1, lattice.finest_level));
-    for (const std::shared_ptr<const Chunk>& chunk : facts.resident->chunks()) {
-        const std::int64_t side = kChunkCells * chunk->step;
-        const ImVec2 low = at(lattice.x(chunk->corner.x), lattice.y(chunk->corner.y));
-        const ImVec2 high =
-            at(lattice.x(chunk->corner.x + side), lattice.y(chunk->corner.y + side));
-        const float share = static_cast<float>(chunk->key.level) / finest;
-        list->AddRect(ImVec2(low.x, high.y), ImVec2(high.x, low.y),
-                      colour_of({0.2f + 0.8f * share, 0.45f, 1.0f - 0.8f * share}, 0.8f));
-    }
-    for (std::size_t i = 1; i < facts.path.size(); ++i) {
-        const WorldPos &from = facts.path[i - 1], &to = facts.path[i];
-        list->AddLine(at(from.x(), from.y()), at(to.x(), to.y()), IM_COL32(255, 220, 80, 255));
-    }
-    for (const BodyState& state : facts.world->states()) {
-        if (state.condition == BodyCondition::removed) continue;
-        const WorldPos& p = state.pose.translation;
-        list->AddCircleFilled(at(p.x(), p.y()), 2.0f, IM_COL32(120, 255, 120, 255), 6);
-    }
-    const Eigen::Vector3d& forward = facts.view.forward;
-    const double reach = 0.12 * map_side_;
-    const Eigen::Vector2d ahead = reach * forward.head<2>();
-    const Eigen::Vector2d side(0.4 * ahead.y(), -0.4 * ahead.x());
-    list->AddTriangle(at(eye.x(), eye.y()),
-                      at(eye.x() + ahead.x() + side.x(), eye.y() + ahead.y() + side.y()),
-                      at(eye.x() + ahead.x() - side.x(), eye.y() + ahead.y() - side.y()),
-                      IM_COL32(255, 255, 255, 255));
-    list->PopClipRect();
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(size.x - kMargin, floor_), ImGuiCond_FirstUseEver,
+                            ImVec2(1.0f, 1.0f));
+    --later_panels_;
+    if (begin_panel("Map", &shows_map))
+        map_.draw(facts, std::min(kMapSide, kMapShare * std::min(size.x, size.y)));
     end_panel();
 }
 

@@ -4,6 +4,7 @@
 #include "flight/window.h"
 #include "frames/flight_log.h"
 #include "view/live_world.h"
+#include "view/map_panel.h"
 #include "view/marks.h"
 #include "view/timeline.h"
 
@@ -33,6 +34,7 @@ struct ViewDials {
     double budget = 100'000.0;  ///< triangles a frame
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
+    double memory_mb = 512.0;         ///< the pager's ceiling
     std::array<double, 2> sun_deg{};  ///< azimuth clockwise from world y, and elevation
     std::optional<double> sun_hour =
         {};  ///< of the day, UTC, where longitude is known: sets sun_deg
@@ -41,6 +43,7 @@ struct ViewDials {
     BodyMarks bodies = {};
     VehicleKind vehicle = VehicleKind::truck;
     double brush_radius = 2.0;  ///< of digs, metres
+    LiveSettings live = {};
 };
 
 /// What the overlay shows of a frame.
@@ -79,6 +82,8 @@ public:
 
     /// Whether a panel of the last draw() covers a point, pixels of the window, or is being dragged.
     bool takes_mouse(double x_px, double y_px) const;
+    /// Share of the window that the panels of the last draw() cover, messages excluded.
+    double covered_share() const;
     /// Whether text is typed into a panel.
     bool takes_keys() const;
 
@@ -88,11 +93,15 @@ public:
     double draw(const ViewFacts& facts, ViewDials& dials, Timeline& timeline);
 
 private:
-    void begin_panel(const char* name, bool* is_open, int more_flags = 0);
+    [[nodiscard]] bool begin_panel(const char* name, bool* is_open, int more_flags = 0);
     void end_panel();
+    float covered_area() const;
+    void take_turns(bool is_narrow);
     void draw_help();
     void draw_panel(const ViewFacts& facts, ViewDials& dials);
+    void draw_figures(const ViewFacts& facts);
     void draw_dials(ViewDials& dials);
+    void draw_choices(ViewDials& dials);
     void draw_notes(const ViewFacts& facts);
     void draw_timeline(Timeline& timeline);
     void draw_map(const ViewFacts& facts);
@@ -100,7 +109,11 @@ private:
     Window& window_;
     std::deque<std::array<float, 3>> times_;   // update, draw and wait of the last frames, ms
     std::deque<std::array<float, 2>> errors_;  // certified error and target, px
-    double map_side_ = 4000.0;                 // metres
+    MapPanel map_;
+    // for take_turns()
+    bool had_map_ = false, had_help_ = false, is_panel_open_ = false, collapses_panel_ = false;
+    int later_panels_ = 0;  // that this frame has not drawn yet
+    float floor_ = 0.0f;    // y above which panels stay, ImGui's units
     std::vector<std::array<float, 4>>
         covered_;  // panels: left, top, right and bottom, ImGui's units
 };

@@ -61,13 +61,21 @@ CameraPose pose_at(const CameraPlace& place) {
     return pose;
 }
 
-// Azimuth and elevation of a direction, degrees.
+}  // namespace
+
 std::array<double, 2> degrees_of(const Eigen::Vector3d& direction) {
     return {std::atan2(direction.x(), direction.y()) / kDegree,
             std::asin(std::clamp(direction.normalized().z(), -1.0, 1.0)) / kDegree};
 }
 
-}  // namespace
+std::array<double, 2> sun_dials(const Eigen::Vector3d& direction) {
+    const std::array<double, 2> angles = degrees_of(direction);
+    return {angles[0] < 0.0 ? angles[0] + 360.0 : angles[0], angles[1]};
+}
+
+Eigen::Vector3d sun_direction(const std::array<double, 2>& sun_deg) {
+    return direction_to_sun({sun_deg[0] * kDegree, sun_deg[1] * kDegree});
+}
 
 Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
                std::unique_ptr<GroundEditor> brush, ViewerSettings settings, Window window,
@@ -135,12 +143,11 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
         if (viewer.log_ == nullptr)
             return pass_on(cannot_write(viewer.settings_.state_log, errno).value());
     }
-    std::array<double, 2> sun = degrees_of(of_renderer.sun_direction);
-    if (sun[0] < 0.0) sun[0] += 360.0;
     viewer.dials_ = {.budget = static_cast<double>(options.budget),
                      .max_error_px = options.max_error_px,
                      .morph_ratio = options.morph_ratio,
-                     .sun_deg = sun,
+                     .memory_mb = options.memory_mb,
+                     .sun_deg = sun_dials(of_renderer.sun_direction),
                      .vehicle = viewer.settings_.vehicle};
     if (viewer.brush_ != nullptr) {
         viewer.dials_.brush_radius =
@@ -336,15 +343,30 @@ Result<void> Viewer::follow_dials() {
     }
     if (now.sun_hour != before.sun_hour) {
         if (const std::optional<std::array<double, 2>> sun = sun_at(*now.sun_hour))
-            dials_.sun_deg = {(*sun)[0] < 0.0 ? (*sun)[0] + 360.0 : (*sun)[0], (*sun)[1]};
+            dials_.sun_deg = *sun;
     }
     if (now.sun_deg != before.sun_deg) {
-        const Eigen::Vector3d sun =
-            direction_to_sun({now.sun_deg[0] * kDegree, now.sun_deg[1] * kDegree});
-        TERRANE_TRY(renderer_.set_sun(sun));
+        TERRANE_TRY(renderer_.set_sun(sun_direction(now.sun_deg)));
         maker_.objects()->set_shadows(renderer_.shadows());
     }
+    if (now.memory_mb != before.memory_mb) {
+        const auto bytes = static_cast<std::size_t>(now.memory_mb * 0x1p20);
+        if (const Result<void> changed = maker_.pager().set_memory_bytes(bytes); !changed) {
+            say(changed.error().message);
+            dials_.memory_mb = before.memory_mb;
+        }
+    }
+    if (now.live != before.live) {
+        is_live_changed_ = true;
+        if (const Result<void> changed = live_.set(now.live); !changed)
+            say(changed.error().message);
+    }
     renderer_.set_wireframe(now.wireframe);
+    if (now.colours == GroundColours::materials && !options_.has_materials()) {
+        say("the ground has tints: --look full or --ground gives it materials");
+        dials_.colours = before.colours;
+    }
+    renderer_.set_flat_materials(now.colours == GroundColours::materials);
     before = now;
     return {};
 }
@@ -356,8 +378,10 @@ Result<void> Viewer::follow_timeline() {
         LiveWorld::kStep * static_cast<double>(history_.step_now()) + unsimulated_;
     if (std::abs(timeline_.time() - before) < 0.5 * LiveWorld::kStep) return {};
     unsimulated_ = 0.0;
-    return history_.seek(static_cast<std::size_t>(timeline_.time() / LiveWorld::kStep + 0.5), live_,
-                         [this] { return load_ground(); });
+    const auto step = static_cast<std::size_t>(timeline_.time() / LiveWorld::kStep + 0.5);
+    TERRANE_TRY(history_.seek(
+        step, live_, [this] { return load_ground(); }, std::exchange(is_live_changed_, false)));
+    return {};
 }
 
 // The ground under all bodies, loaded at once.
@@ -374,7 +398,7 @@ std::optional<std::array<double, 2>> Viewer::sun_at(double hour) const {
     const Eigen::Vector3d lonlat = georeference_->lonlat_from_world(eye);
     const double convergence = georeference_->scale_at(eye.x(), eye.y()).convergence;
     if (!lonlat.allFinite() || !std::isfinite(convergence)) return std::nullopt;
-    return degrees_of(
+    return sun_dials(
         direction_to_sun(sun_position(day_ + 3600.0 * hour, lonlat.x(), lonlat.y()), convergence));
 }
 
@@ -410,6 +434,8 @@ CommandResult<void> Viewer::make_frame(double dt) {
         brush_ != nullptr ? std::optional(brush_->update(maker_.pager())) : std::nullopt;
     TERRANE_TRY(play());
     TERRANE_TRY(simulate(advanced));
+    // a return to the past is one to its settings
+    dials_.live = applied_.live = live_.settings();
     if (!has_playback()) {
         timeline_.set_past(
             LiveWorld::kStep * static_cast<double>(history_.first_step()),
@@ -454,7 +480,7 @@ Result<void> Viewer::present(const MadeFrame& frame, const View& view) {
     facts.frame = &frame.record;
     facts.draw_ms = draw_ms_;
     facts.wait_ms = wait_ms_;
-    facts.memory_bytes = options_.memory_bytes();
+    facts.memory_bytes = static_cast<std::size_t>(dials_.memory_mb * 0x1p20);
     facts.view = view;
     facts.altitude = altitude(view.eye_world).value_or(std::numeric_limits<double>::quiet_NaN());
 
@@ -525,10 +551,16 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
                                                        : nlohmann::ordered_json();
     state["late"] = record.paging.late_chunks;
     state["resident_bytes"] = record.paging.resident_bytes;
+    state["ceiling_bytes"] = static_cast<std::size_t>(applied_.memory_mb * 0x1p20);
+    state["substeps"] = live_.settings().substeps;
+    state["contact_tolerance"] = live_.settings().contact_tolerance;
+    state["sun_deg"] = applied_.sun_deg;
+    state["colours"] = kGroundColourNames[static_cast<std::size_t>(applied_.colours)];
     state["waiting_digs"] = brush_ != nullptr ? brush_->waiting() : 0;
     state["update_ms"] = record.update_ms;
     state["draw_ms"] = draw_ms_;
     state["overlay_ms"] = overlay_ms_;
+    state["covered"] = overlay_->covered_share();
     state["help"] = overlay_->help != Overlay::Help::none;
     state["clicks"] = click_count_;
     state["picked"] = picked_;

@@ -20,6 +20,7 @@
 #include <terrane/playback/camera_path.h>
 #include <terrane/render/terrain_renderer.h>
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
@@ -32,6 +33,13 @@
 #include <vector>
 
 namespace terrane::tools {
+
+/// Azimuth, clockwise from world y, -180 to 180, and elevation of a direction, degrees.
+std::array<double, 2> degrees_of(const Eigen::Vector3d& direction);
+/// ViewDials::sun_deg of a direction towards the sun: the azimuth is 0 to 360.
+std::array<double, 2> sun_dials(const Eigen::Vector3d& direction);
+/// The direction towards the sun of ViewDials::sun_deg.
+Eigen::Vector3d sun_direction(const std::array<double, 2>& sun_deg);
 
 /// Where a camera looks from, as the command line names it.
 struct CameraPlace {
@@ -95,7 +103,14 @@ private:
     struct Pick {
         WorldPos point_world = WorldPos::Zero();
         BodyId body{};
+        bool is_ground = false;
         std::vector<std::string> lines;
+    };
+
+    /// A shadow that the user moves: what casts it, and the height of the plane on which it falls.
+    struct HeldShadow {
+        WorldPos caster_world = WorldPos::Zero();
+        double height = 0.0;
     };
 
     Viewer(const FlightOptions& options, const Terrain& terrain,
@@ -136,6 +151,9 @@ private:
     CameraControls camera_controls(const WindowInput& input, double dt) const;
     void change_being();
     std::optional<Pick> pick(double x_px, double y_px) const;
+    std::vector<std::string> chunk_lines(const WorldPos& p_world) const;
+    void hold_shadow();
+    void drag_shadow();
     std::string lonlat_text(const WorldPos& p_world) const;
     void dig(bool fills);
     void take_picture();
@@ -179,7 +197,8 @@ private:
     double shown_time_ = 0.0;   // of the last frame; panels may have moved the timeline since
     double unsimulated_ = 0.0;  // seconds of playback not simulated yet, less than a step
     WindowInput input_;
-    double last_click_ = -1.0;    // clock of the last left click
+    double last_click_ = -1.0;  // clock of the last left click
+    std::optional<HeldShadow> held_shadow_;
     double grab_distance_ = 0.0;  // from the eye to a grabbed body, metres
     std::vector<std::string> picked_;
     std::size_t click_count_ = 0;

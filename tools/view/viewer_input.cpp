@@ -26,6 +26,11 @@ constexpr double kWalkSpeed = 2.0, kRunSpeed = 6.0;  // m/s
 constexpr double kHandBrakeSpeed = 1.0;              // m/s
 constexpr double kNoteTime = 4.0;                    // seconds for which a message is shown
 
+// of a held shadow
+constexpr double kShadowShare = 0.25;  // of the distance from the eye: to what casts it, if unknown
+constexpr double kLeastCaster = 0.5;   // metres from the shadow to what casts it
+constexpr double kLeastSun = 1.0;      // elevation, degrees
+
 const char* name_of(BodyCondition condition) {
     switch (condition) {
         case BodyCondition::awake:
@@ -87,7 +92,10 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     std::optional<WorldPos> on_ground;
     if (near.status == QueryStatus::ok) on_ground = near.point_world;
     // beyond the contact surface that is resident, what is drawn
-    if (near.status != QueryStatus::ok) on_ground = first_on_mesh(mesh_, eye, along, kFarthestPick);
+    if (near.status != QueryStatus::ok) {
+        if (const std::optional<MeshHit> drawn = first_on_mesh(mesh_, eye, along, kFarthestPick))
+            on_ground = drawn->point_world;
+    }
     bool is_ground = false;
     if (on_ground && (*on_ground - eye).norm() < nearest) {
         nearest = (*on_ground - eye).norm();
@@ -108,6 +116,7 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     if (!is_ground && !body.hit) return std::nullopt;
     pick.point_world = is_ground ? *on_ground : body.point_world;
     const WorldPos& p = pick.point_world;
+    pick.is_ground = is_ground;
     if (is_ground) {
         pick.lines.push_back(fmt::format("ground {:.2f}, {:.2f}, {:.2f} m", p.x(), p.y(), p.z()));
         if (near.status == QueryStatus::ok) {
@@ -127,6 +136,64 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     }
     if (std::string lonlat = lonlat_text(p); !lonlat.empty()) pick.lines.push_back(lonlat);
     return pick;
+}
+
+// The finest resident chunk at a point of the ground, and the one that draws it.
+std::vector<std::string> Viewer::chunk_lines(const WorldPos& p_world) const {
+    std::vector<std::string> lines;
+    const auto text = [](const Chunk& chunk, const Lattice& lattice) {
+        const ChunkKey& key = chunk.key;
+        return fmt::format("level {}, chunk {}, {}, samples {:.4g} m apart", key.level, key.x,
+                           key.y, lattice.level_spacing(key.level));
+    };
+    const ResidentSet& resident = *maker_.pager().resident();
+    if (const Chunk* const finest = finest_chunk_at(resident, p_world.head<2>()))
+        lines.push_back("resident: " + text(*finest, resident.lattice()));
+    const View view = view_now();
+    const Eigen::Vector3d along = (p_world - view.eye_world).normalized();
+    const std::optional<MeshHit> drawn = first_on_mesh(mesh_, view.eye_world, along, kFarthestPick);
+    if (!drawn) return lines;
+    lines.push_back("drawn: " + text(*drawn->chunk, mesh_.resident->lattice()));
+    if (drawn->ground == nullptr) {
+        lines.back() += ", a volume";
+    } else {
+        const double error = chunk_error_px(mesh_, *drawn->ground, view, applied_.morph_ratio);
+        lines.back() += fmt::format(", within {:.2f} px", std::min(error, mesh_.error_px));
+    }
+    return lines;
+}
+
+// Takes hold of the shadow at the cursor: that of the first thing towards the sun or, without one, of a point there.
+void Viewer::hold_shadow() {
+    const std::optional<Pick> at = pick(input_.x, input_.y);
+    if (!at) {
+        say("no ground at the cursor");
+        return;
+    }
+    const Eigen::Vector3d sun =
+        sun_direction({dials_.sun_deg[0], std::max(dials_.sun_deg[1], kLeastSun)});
+    double distance = kShadowShare * (at->point_world - view_now().eye_world).norm();
+    const WorldPos from = at->point_world + kLeastCaster * sun, to = from + kNearPick * sun;
+    const Ground ground = maker_.pager().ground(terrain_.surface);
+    if (const RayQueryAnswer met = shown_world().ray(ground, from, to); met.hit)
+        distance = kLeastCaster + met.fraction * kNearPick;
+    if (picker_) {
+        if (const auto met = picker_->ray(from, to, 1.0); met && *met)
+            distance = ((*met)->point_world - at->point_world).norm();
+    }
+    held_shadow_ = HeldShadow{at->point_world + distance * sun, at->point_world.z()};
+}
+
+// Turns the sun so that the held shadow falls at the cursor.
+void Viewer::drag_shadow() {
+    const WorldPos eye = view_now().eye_world;
+    const Eigen::Vector3d along = direction_through(view_now(), input_.x, input_.y);
+    const double distance = (held_shadow_->height - eye.z()) / along.z();
+    if (!(distance > 0.0 && distance < kFarthestPick)) return;
+    dials_.sun_deg = sun_dials(held_shadow_->caster_world - (eye + distance * along));
+    dials_.sun_deg[1] = std::max(dials_.sun_deg[1], kLeastSun);
+    say(fmt::format("sun at azimuth {:.0f}, elevation {:.0f} deg", dials_.sun_deg[0],
+                    dials_.sun_deg[1]));
 }
 
 CameraControls Viewer::camera_controls(const WindowInput& input, double) const {
@@ -387,9 +454,14 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             live_.right(maker_.pager().ground(terrain_.surface));
             is_live_changed_ = true;
             break;
+        case GLFW_KEY_Y:
+            hold_shadow();
+            break;
         case GLFW_KEY_G: {
-            const std::size_t next =
-                (static_cast<std::size_t>(dials_.colours) + 1) % kGroundColourNames.size();
+            // without materials the last ones are left out
+            const std::size_t count =
+                kGroundColourNames.size() - (options_.has_materials() ? 0 : 1);
+            const std::size_t next = (static_cast<std::size_t>(dials_.colours) + 1) % count;
             dials_.colours = static_cast<GroundColours>(next);
             say(fmt::format("colours of the ground: {}", kGroundColourNames[next]));
             break;
@@ -427,6 +499,10 @@ void Viewer::react_to_button(const WindowInput::Press& button) {
     picked_.clear();
     if (!at) return;
     picked_ = at->lines;
+    if (at->is_ground) {
+        const std::vector<std::string> of_chunks = chunk_lines(at->point_world);
+        picked_.insert(picked_.end(), of_chunks.begin(), of_chunks.end());
+    }
     if (at->body.is_valid()) {
         if (!replay_) live_.grab(at->body, at->point_world);
         grab_distance_ = (at->point_world - view_now().eye_world).norm();
@@ -454,6 +530,8 @@ Result<void> Viewer::react(const WindowInput& input, double dt) {
             live_.let_go();
         }
     }
+    if (!input.is_held(GLFW_KEY_Y)) held_shadow_.reset();
+    if (held_shadow_ && (input.moved_x != 0.0 || input.moved_y != 0.0)) drag_shadow();
     steer(input, dt);
     return {};
 }
