@@ -437,7 +437,7 @@ def panels_leave_half_of_the_window(terrane, folder):
         open_panel = ["mousemove", 18, 19, "click", 1]  # it is collapsed
         for words in (["key", "F2"], open_panel, ["key", "m"], ["key", "F1"], ["key", "m"], ["key", "F1"], ["key", "F2"]):
             view.tool(*words)
-            most = max(most, view.frames(3)["covered"])
+            most = max(most, view.frames(2)["covered"])
             assert most <= 0.51, (size, words, most)
         assert most > 0.4, (size, most)
     if view.state["help"]:
