@@ -36,7 +36,8 @@ class View:
     def __init__(self, terrane, folder, *flags, terrain=HILLS, size=SIZE):
         self.log = pathlib.Path(folder) / "state.log"
         self.log.unlink(missing_ok=True)
-        command = [terrane, "view", *terrain, *SMALL, *([] if "--size" in flags else ["--size", "%dx%d" % size]), "--out", str(folder), "--state-log", str(self.log), "--json", *flags]
+        command = [terrane, "view", *terrain, *SMALL, "--size", "%dx%d" % size, "--out", str(folder), "--state-log", str(self.log),
+                   "--json", *flags]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.taken = 0
         self.seen = []  # all states so far
