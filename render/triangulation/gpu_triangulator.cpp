@@ -621,6 +621,13 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     return s.mesh;
 }
 
+Result<void> GpuTriangulator::change(const TriangulatorSettings& settings) {
+    TERRANE_TRY(Triangulator checked, Triangulator::create(*state_->source, settings));
+    state_->settings = settings;
+    state_->indices.reserve(12 * settings.triangle_budget, false);
+    return internal::check_gl("change the GPU triangulator");
+}
+
 Result<TerrainMesh> GpuTriangulator::read() {
     State& s = *state_;
     s.read_indices.clear();

@@ -126,6 +126,14 @@ void add_frame_options(CLI::App& app, FlightOptions& options) {
         app, "--morph-ratio", options.morph_ratio, 1.0, 16.0,
         "Vertices slide in while their priority grows by this factor; larger is smoother and "
         "takes more triangles, 1 pops");
+    TriangulatorChoice* const triangulator = &options.triangulator;
+    add_choice(
+        app, "--triangulator", {"cpu", "gpu", "auto"}, 0,
+        [triangulator](std::size_t number) {
+            *triangulator = static_cast<TriangulatorChoice>(number);
+        },
+        "What selects the triangles of pictures, with the same bits; auto: the GPU, unless a "
+        "software rasteriser draws");
     add_in_range(app, "--memory-mb", options.memory_mb, 0.001, 0x1p32,
                  "Ceiling of the memory that chunks take, MB of 2^20 bytes");
     add_count(app, "--threads", options.threads, 0,
@@ -231,8 +239,9 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     if (options.shadows > 0.0 && !options.has_pictures()) {
         return usage_error("--shadows is for pictures: it needs --png or --video");
     }
-    const std::array<std::pair<bool, const char*>, 7> of_pictures{
+    const std::array<std::pair<bool, const char*>, 8> of_pictures{
         {{options.look != Look::plain, "--look"},
+         {options.triangulator != TriangulatorChoice::cpu, "--triangulator"},
          {options.sun_deg.has_value(), "--sun-deg"},
          {!options.sun_time.empty(), "--sun-time"},
          {options.ground.has_value(), "--ground"},

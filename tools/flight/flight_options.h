@@ -37,6 +37,13 @@ enum class Look {
     full,
 };
 
+/// What triangulates frames with pictures.
+enum class TriangulatorChoice {
+    cpu,
+    gpu,
+    automatic,  ///< the GPU, unless the device is a software rasteriser
+};
+
 /// Options shared by `fly` and `drive`: terrain, pictures, limits and output.
 struct FlightOptions {
     TerrainOptions terrain;
@@ -62,6 +69,7 @@ struct FlightOptions {
     std::size_t budget = 100'000;
     double max_error_px = 1.0;
     double morph_ratio = kDefaultMorphRatio;
+    TriangulatorChoice triangulator = TriangulatorChoice::cpu;
     double memory_mb = 512.0;
     std::size_t threads = 1;
     PagingChoice policy = PagingChoice::deadline;

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -70,6 +71,7 @@ Result<std::unique_ptr<ObjectField>> make_object_field(const FlightOptions& opti
 }
 
 Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker) {
+    if (pictures_) maker.set_device(pictures_->triangulator());
     if (terrain.objects == nullptr && terrain.nodes == nullptr) return {};
     TERRANE_TRY(std::unique_ptr<ObjectField> objects,
                 make_object_field(options_, terrain, renderer()));
@@ -78,6 +80,7 @@ Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker
 }
 
 Result<BodyNodes> FlightOutput::add_bodies(const Terrain& terrain, FrameMaker& maker) {
+    if (pictures_) maker.set_device(pictures_->triangulator());
     TERRANE_TRY(std::unique_ptr<ObjectField> objects,
                 make_object_field(options_, terrain, renderer()));
     BodyNodes bodies(*objects, renderer(), options_.shows_proxies);
@@ -101,6 +104,8 @@ Result<void> FlightOutput::finish(const std::string& title, nlohmann::ordered_js
         summary["interrupted"] = true;
     }
     summary["renderer"] = pictures_ ? pictures_->renderer_name() : "none";
+    if (pictures_ && pictures_->triangulator() != nullptr)
+        summary["gpu_frames"] = std::ranges::count(frames(), true, &FrameRecord::is_from_device);
     if (pictures_) summary["samples"] = pictures_->sample_count();
     if (folder_ == nullptr) return {};
     summary["out"] = options_.out;

@@ -114,6 +114,20 @@ Result<RendererSettings> picture_settings(const FlightOptions& options, const Te
     return settings;
 }
 
+Result<std::optional<GpuTriangulator>> make_device_triangulator(const FlightOptions& options,
+                                                                const GlContext& context,
+                                                                const HeightSource& source) {
+    using Made = std::optional<GpuTriangulator>;
+    const bool is_automatic = options.triangulator == TriangulatorChoice::automatic;
+    if (options.triangulator == TriangulatorChoice::cpu || (is_automatic && context.is_software()))
+        return Made();
+    Result<GpuTriangulator> made =
+        GpuTriangulator::create(context, source, frame_maker_settings(options).triangulator);
+    if (made) return Made(*std::move(made));
+    if (is_automatic) return Made();
+    return fail(made.error().code, "--triangulator gpu: " + made.error().message);
+}
+
 FlightPictures::FlightPictures(std::optional<Window> window, GlContext context,
                                TerrainRenderer renderer, double fps)
     : window_(std::move(window)),
@@ -136,6 +150,8 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
         TerrainRenderer::create(context, options.size.width_px, options.size.height_px, settings));
     FlightPictures pictures(std::move(window), std::move(context), std::move(renderer),
                             options.fps);
+    TERRANE_TRY(pictures.triangulator_,
+                make_device_triangulator(options, pictures.context_, *terrain.source));
     if (options.png) pictures.picture_folder_ = folder;
     if (options.video) {
         TERRANE_TRY(Film film, Film::create(OutputPlace(folder, kFilmName), options.size.width_px,

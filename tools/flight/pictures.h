@@ -20,6 +20,13 @@ namespace terrane::tools {
 Result<RendererSettings> picture_settings(const FlightOptions& options, const Terrain& terrain,
                                           bool is_software);
 
+/// The triangulator that --triangulator chooses for a context; none for the CPU.
+///
+/// Fails as GpuTriangulator::create(), unless the choice is automatic
+Result<std::optional<GpuTriangulator>> make_device_triangulator(const FlightOptions& options,
+                                                                const GlContext& context,
+                                                                const HeightSource& source);
+
 /// Draws frames, off screen or in a window, and writes them as PNG files and as a film, according to the options.
 class FlightPictures {
 public:
@@ -36,6 +43,8 @@ public:
 
     /// The renderer, for adding meshes of objects.
     TerrainRenderer& renderer() { return renderer_; }
+    /// What triangulates on the device; null if the CPU does.
+    GpuTriangulator* triangulator() { return triangulator_ ? &*triangulator_ : nullptr; }
 
     /// Whether the user closed the window.
     bool is_closed() const { return window_ && window_->is_closed(); }
@@ -55,6 +64,7 @@ private:
     std::optional<Window> window_;  // whose context the renderer draws in, if there is one
     GlContext context_;             // the renderer's objects live in it
     TerrainRenderer renderer_;
+    std::optional<GpuTriangulator> triangulator_;
     double fps_;
     std::optional<Film> film_;
     std::shared_ptr<OutputFolder> picture_folder_;  // null without --png

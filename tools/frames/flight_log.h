@@ -26,7 +26,8 @@ struct FrameRecord {
     double max_error_px = 1.0;  ///< the target
     double threshold_px = 0.0;
     MeshStatus status = MeshStatus::not_resident;
-    double update_ms = 0.0;  ///< of Pager::update, Triangulator::update and objects together
+    bool is_from_device = false;  ///< whether the GPU made the mesh
+    double update_ms = 0.0;       ///< of Pager::update, Triangulator::update and objects together
     PagerStats paging;
     std::size_t solid_triangles = 0;          ///< of volumes
     std::optional<double> measured_error_px;  ///< only with --verify, as the next five

@@ -95,6 +95,7 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
 
 Result<void> FrameMaker::set_triangulator(const TriangulatorSettings& settings) {
     TERRANE_TRY(triangulator_, Triangulator::create(*source_, settings));
+    if (device_ != nullptr) TERRANE_TRY(device_->change(settings));
     budget_ = settings.triangle_budget;
     max_error_px_ = settings.max_error_px;
     return {};
@@ -119,14 +120,28 @@ std::span<const TriangleDemand> FrameMaker::begin_frame(const View& view,
                                                             : objects_->begin_again(view));
 }
 
+TerrainMesh FrameMaker::update_mesh(const std::shared_ptr<const ResidentSet>& resident,
+                                    const View& view, std::span<const TriangleDemand> demands) {
+    if (device_ != nullptr) {
+        Result<TerrainMesh> made = device_->update(resident, view, demands);
+        if (made) return *made;
+        ++device_failures_;
+    }
+    return triangulator_.update(resident, view, demands);
+}
+
+Result<TerrainMesh> FrameMaker::host_mesh() {
+    return mesh_.device != nullptr ? device_->read() : Result<TerrainMesh>(mesh_);
+}
+
 // Triangulates a frame with its objects, omitting those hidden by the ground if the map pays and holds for the mesh.
 TerrainMesh FrameMaker::triangulate(const View& view) {
     const std::shared_ptr<const ResidentSet> resident = pager_.resident();
     const HorizonMap* const horizon_map =
         objects_ && objects_->can_be_hidden() ? horizon_.begin(resident, view) : nullptr;
-    const TerrainMesh mesh = triangulator_.update(resident, view, begin_frame(view, horizon_map));
+    const TerrainMesh mesh = update_mesh(resident, view, begin_frame(view, horizon_map));
     if (horizon_.holds_for(mesh)) return mesh;
-    return triangulator_.update(resident, view, with_kept_free(objects_->begin_again(view)));
+    return update_mesh(resident, view, with_kept_free(objects_->begin_again(view)));
 }
 
 void FrameMaker::add_frame_time(const FrameRecord& frame) {
@@ -146,8 +161,7 @@ void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> b
         const std::array cameras{CameraNeed{.view = view, .threshold_px = threshold_px_}};
         pager_.update(cameras, bodies, time);
         pager_.finish();
-        const TerrainMesh mesh =
-            triangulator_.update(pager_.resident(), view, begin_frame(view, nullptr));
+        const TerrainMesh mesh = update_mesh(pager_.resident(), view, begin_frame(view, nullptr));
         horizon_.follow(mesh);
         const bool is_settled =
             mesh.threshold_px >= threshold_px_ && mesh.resident->epoch() == last_epoch;
@@ -166,7 +180,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     const Clock::time_point start = Clock::now();
     pager_.update({&camera, 1}, bodies, time);
     if (objects_) objects_->set_time(scene_time.value_or(time));
-    frame.mesh = triangulate(view);
+    frame.mesh = mesh_ = triangulate(view);
     if (objects_) {
         frame.draws = objects_->end_frame(frame.mesh.demand_threshold_px);
         horizon_.end(frame.mesh, objects_->counts());
@@ -197,10 +211,13 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     record.max_error_px = max_error_px_;
     record.threshold_px = frame.mesh.threshold_px;
     record.status = frame.mesh.status;
+    record.is_from_device = frame.mesh.device != nullptr;
     record.update_ms = taken.count();
     record.paging = pager_.stats();
     if (verifier_) {
-        const Measurement measured = verifier_->measure(frame.mesh, view);
+        const Result<TerrainMesh> mesh = host_mesh();
+        // a mesh that cannot be read has a hole, for whoever checks
+        const Measurement measured = verifier_->measure(mesh ? *mesh : TerrainMesh{}, view);
         record.measured_error_px = measured.error_px;
         record.max_pop_px = measured.max_pop_px;
         record.max_pop_elsewhere_px = measured.max_pop_elsewhere_px;

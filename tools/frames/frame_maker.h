@@ -5,6 +5,7 @@
 #include "frames/object_field.h"
 #include "frames/verification.h"
 
+#include <terrane/render/gpu_triangulator.h>
 #include <terrane/scene/frame_governor.h>
 #include <terrane/scene/horizon_map.h>
 #include <terrane/terrain/pager.h>
@@ -95,6 +96,17 @@ public:
     /// changed then.
     Result<void> set_triangulator(const TriangulatorSettings& settings);
 
+    /// Makes the meshes of the following frames on a device. A frame for which that fails, as with volumes, is made by
+    /// the CPU, and counted.
+    ///
+    /// @param device with the settings of the maker; must outlive the frames; null: the CPU
+    void set_device(GpuTriangulator* device) { device_ = device; }
+    /// Frames that the CPU made because the device could not.
+    std::size_t device_failures() const { return device_failures_; }
+    /// The mesh of the last frame with its triangles in memory: waits for the device if they are there. Fails as
+    /// GpuTriangulator::read()
+    Result<TerrainMesh> host_mesh();
+
     /// Controls the budget by frame times, up to the triangulator's budget.
     void set_governor(const FrameGovernor& governor) { governor_ = governor; }
     /// Reports the time of a frame, drawing included, to the governor.
@@ -124,10 +136,15 @@ private:
     std::span<const TriangleDemand> with_kept_free(std::span<const TriangleDemand> of_objects);
     std::span<const TriangleDemand> begin_frame(const View& view, const HorizonMap* horizon_map);
     TerrainMesh triangulate(const View& view);
+    TerrainMesh update_mesh(const std::shared_ptr<const ResidentSet>& resident, const View& view,
+                            std::span<const TriangleDemand> demands);
 
     std::shared_ptr<const HeightSource> source_;
     Pager pager_;
     Triangulator triangulator_;
+    GpuTriangulator* device_ = nullptr;  // makes the meshes; null: triangulator_
+    std::size_t device_failures_ = 0;
+    TerrainMesh mesh_;  // of the last frame
     std::optional<Verifier> verifier_;
     std::unique_ptr<ObjectField> objects_;  // null: none
     FrameHorizon horizon_;                  // of objects_

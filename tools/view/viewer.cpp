@@ -132,6 +132,9 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
     for (std::size_t i = 0; i < terrain.bodies.size(); ++i)
         viewer.nodes_->set_node(i, terrain.bodies[i]);
     viewer.maker_.set_objects(std::move(objects));
+    TERRANE_TRY(viewer.triangulator_,
+                make_device_triangulator(options, viewer.context_, *terrain.source));
+    if (viewer.triangulator_) viewer.maker_.set_device(&*viewer.triangulator_);
     if (terrain.objects != nullptr) {
         TERRANE_TRY(ObjectPicker picker, ObjectPicker::create(terrain.source, *terrain.objects));
         viewer.picker_.emplace(std::move(picker));
@@ -423,6 +426,14 @@ Result<void> Viewer::simulate(double seconds) {
     return {};
 }
 
+// The mesh of the last frame with its triangles in memory.
+const TerrainMesh& Viewer::host_mesh() {
+    if (mesh_.device == nullptr) return mesh_;
+    // a mesh that cannot be read has no triangles to pick
+    if (const Result<TerrainMesh> read = maker_.host_mesh()) mesh_ = *read;
+    return mesh_;
+}
+
 CommandResult<void> Viewer::make_frame(double dt) {
     TERRANE_TRY(follow_window_size());
     TERRANE_TRY(follow_dials());
@@ -457,7 +468,8 @@ CommandResult<void> Viewer::make_frame(double dt) {
     }
     mesh_ = frame.mesh;
     renderer_.set_ground_marks(
-        ground_marks(dials_.colours, mesh_, view, dials_.max_error_px, dials_.morph_ratio));
+        ground_marks(dials_.colours, dials_.colours == GroundColours::none ? mesh_ : host_mesh(),
+                     view, dials_.max_error_px, dials_.morph_ratio));
     const Clock::time_point start = Clock::now();
     TERRANE_TRY(renderer_.set_time(has_playback() ? shown_time_ : clock_));
     TERRANE_TRY(renderer_.draw(frame.mesh, view, frame.draws));

@@ -150,8 +150,9 @@ private:
     void steer(const WindowInput& input, double dt);
     CameraControls camera_controls(const WindowInput& input, double dt) const;
     void change_being();
-    std::optional<Pick> pick(double x_px, double y_px) const;
-    std::vector<std::string> chunk_lines(const WorldPos& p_world) const;
+    const TerrainMesh& host_mesh();
+    std::optional<Pick> pick(double x_px, double y_px);
+    std::vector<std::string> chunk_lines(const WorldPos& p_world);
     void hold_shadow();
     void drag_shadow();
     std::string lonlat_text(const WorldPos& p_world) const;
@@ -168,6 +169,7 @@ private:
     Window window_;  // whose context the renderer draws in
     GlContext context_;
     TerrainRenderer renderer_;
+    std::optional<GpuTriangulator> triangulator_;  // none: the maker's own
     FrameMaker maker_;
     LiveWorld live_;
     LiveHistory history_;
@@ -192,7 +194,7 @@ private:
     bool follows_path_ = false;  // whether the camera is that of the playback
     std::vector<BodyNeed> needs_;
     ViewDials dials_, applied_;
-    TerrainMesh mesh_;          // of the last frame, valid until the next
+    TerrainMesh mesh_;          // of the last frame, valid until the next; see host_mesh()
     double clock_ = 0.0;        // the pager's, seconds
     double shown_time_ = 0.0;   // of the last frame; panels may have moved the timeline since
     double unsimulated_ = 0.0;  // seconds of playback not simulated yet, less than a step

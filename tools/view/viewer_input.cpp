@@ -78,7 +78,7 @@ void Viewer::go(const CameraPose& pose) {
     camera_.jump_to(pose);
 }
 
-std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
+std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) {
     const View view = view_now();
     const Eigen::Vector3d along = direction_through(view, x_px, y_px);
     const WorldPos& eye = view.eye_world;
@@ -93,7 +93,8 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
     if (near.status == QueryStatus::ok) on_ground = near.point_world;
     // beyond the contact surface that is resident, what is drawn
     if (near.status != QueryStatus::ok) {
-        if (const std::optional<MeshHit> drawn = first_on_mesh(mesh_, eye, along, kFarthestPick))
+        if (const std::optional<MeshHit> drawn =
+                first_on_mesh(host_mesh(), eye, along, kFarthestPick))
             on_ground = drawn->point_world;
     }
     bool is_ground = false;
@@ -139,7 +140,7 @@ std::optional<Viewer::Pick> Viewer::pick(double x_px, double y_px) const {
 }
 
 // The finest resident chunk at a point of the ground, and the one that draws it.
-std::vector<std::string> Viewer::chunk_lines(const WorldPos& p_world) const {
+std::vector<std::string> Viewer::chunk_lines(const WorldPos& p_world) {
     std::vector<std::string> lines;
     const auto text = [](const Chunk& chunk, const Lattice& lattice) {
         const ChunkKey& key = chunk.key;
@@ -151,7 +152,8 @@ std::vector<std::string> Viewer::chunk_lines(const WorldPos& p_world) const {
         lines.push_back("resident: " + text(*finest, resident.lattice()));
     const View view = view_now();
     const Eigen::Vector3d along = (p_world - view.eye_world).normalized();
-    const std::optional<MeshHit> drawn = first_on_mesh(mesh_, view.eye_world, along, kFarthestPick);
+    const std::optional<MeshHit> drawn =
+        first_on_mesh(host_mesh(), view.eye_world, along, kFarthestPick);
     if (!drawn) return lines;
     lines.push_back("drawn: " + text(*drawn->chunk, mesh_.resident->lattice()));
     if (drawn->ground == nullptr) {

@@ -45,6 +45,9 @@ public:
     /// Cost: waits for the device, and copies indices and offsets
     Result<TerrainMesh> read();
 
+    /// Changes all settings from the next update() on. Fails as Triangulator::create(); nothing is changed then.
+    Result<void> change(const TriangulatorSettings& settings);
+
     /// Memory on the device, bytes.
     std::size_t device_bytes() const;
     /// Bytes that the last update() uploaded besides chunks.
