@@ -122,7 +122,7 @@ private:
     std::vector<std::uint8_t> directory_;
 };
 
-/// Compresses bytes; deterministic for one version of zstd.
+/// Compresses bytes; deterministic for one version of zstd. Each thread keeps its working memory for the next call.
 std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
 /// Decompresses a record into content_out, and returns the number of bytes.
 /// Fails: bad_data if content_out is too small, or the record is damaged
