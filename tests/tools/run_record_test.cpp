@@ -74,7 +74,7 @@ protected:
         for (int i = 0; i < kSteps; ++i) {
             controls_.push_back({random.between(-1.0, 1.0), 0.0, random.between(-1.0, 1.0)});
             recorder.add_step({DriveVehicle{{0, 0}, controls_.back()}});
-            if (i == kAmended) recorder.amend(other);
+            if (i == kAmended) recorder.amend(other.save(), {.walked = 7.0});
             if (i == kAmended) recorder.amend(std::vector{4.0, 5.0});
             if (i % 2 == 1)
                 recorder.add_frame(world, camera, {.walked = 0.5 * i},
@@ -135,6 +135,7 @@ TEST_F(RunRecordFile, ReturnsWhatWasRecorded) {
             EXPECT_EQ(drive.controls.steer, controls_[step].steer);
             const bool is_amended = step == kAmended;
             EXPECT_EQ(each.world, is_amended ? make_world(2.0).save() : std::vector<std::byte>());
+            EXPECT_EQ(each.gait.walked, is_amended ? 7.0 : 0.0);
             const std::vector<double> camera =
                 is_amended ? std::vector{4.0, 5.0} : std::vector<double>();
             EXPECT_EQ(each.camera, camera);
@@ -167,6 +168,54 @@ TEST_F(RunRecordFile, ReturnsTheControlsOfACharacterAndFramesWithoutSteps) {
     EXPECT_EQ(walk.character, (BodyId{4, 5}));
     EXPECT_EQ(walk.controls.velocity, WorldVec2(1.5, -0.25));
     EXPECT_EQ(walk.controls.jump_speed, 3.0);
+}
+
+TEST_F(RunRecordFile, ReturnsActionsOfAllKindsCamerasAndGroundOfAView) {
+    RunRecorder recorder =
+        RunRecorder::create(path_, {.kind = RunKind::view, .fps = 60.0, .dt = kDt}).value();
+    const World world = make_world(1.0);
+    CameraPose pose;
+    pose.eye_world = {1.5, -2.5, 3.5};
+    recorder.add_frame(world, numbers_of(pose), {}, {});
+    const std::vector<RunAction> actions{
+        PullBody{{0, 0}, {0.1, 0.2, 0.3}, {4.0, 5.0, 6.0}},
+        WalkCharacter{{1, 2}, {.velocity = {1.0, 2.0}, .jump_speed = 3.0}, {0.6, 0.8}},
+        DriveVehicle{{3, 4}, {.throttle = 0.5, .brake = 0.25, .steer = -1.0}},
+        PullBody{{0, 0}, {0.4, 0.5, 0.6}, {7.0, 8.0, 9.0}}};
+    for (int i = 0; i < 3; ++i) {
+        recorder.add_step(i == 1 ? std::vector<RunAction>() : actions);
+        pose.eye_world.x() += 1.0;
+        recorder.amend(numbers_of(pose));
+        recorder.add_frame();
+    }
+    const GroundEdit ball{true, {1.0, 2.0, 3.0}, {1.0, 2.0, 3.0}, 4.0};
+    const GroundEdit tube{false, {1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, 0.5};
+    recorder.ground().set(1, std::vector{ball, tube});
+    recorder.ground().set(2, std::vector{ball});
+    ASSERT_TRUE(recorder.commit());
+    const RunRecord record = RunRecord::open(path_).value();
+    EXPECT_EQ(record.settings().kind, RunKind::view);
+    EXPECT_TRUE(record.ground().at(0).empty());
+    EXPECT_EQ(record.ground().at(1), (std::vector{ball, tube}));
+    EXPECT_EQ(record.ground().at(2), (std::vector{ball}));
+    const RunBlock block = record.read(0).value();
+    ASSERT_EQ(block.steps.size(), 3u);
+    EXPECT_EQ(block.steps[2].camera.at(0), 4.5);
+    EXPECT_EQ(block.steps[2].camera.at(2), 3.5);
+    EXPECT_TRUE(block.steps[1].actions.empty());
+    ASSERT_EQ(block.steps[2].actions.size(), actions.size());
+    const auto& first = std::get<PullBody>(block.steps[2].actions[0]);
+    EXPECT_EQ(first.grip_body, WorldPos(0.1, 0.2, 0.3));
+    const auto& pull = std::get<PullBody>(block.steps[2].actions[3]);
+    EXPECT_EQ(pull.body, (BodyId{0, 0}));
+    EXPECT_EQ(pull.grip_body, WorldPos(0.4, 0.5, 0.6));
+    EXPECT_EQ(pull.hand_world, WorldPos(7.0, 8.0, 9.0));
+    const auto& walk = std::get<WalkCharacter>(block.steps[2].actions[1]);
+    EXPECT_EQ(walk.character, (BodyId{1, 2}));
+    EXPECT_EQ(walk.controls.jump_speed, 3.0);
+    EXPECT_EQ(walk.heading, WorldVec2(0.6, 0.8));
+    const auto& drive = std::get<DriveVehicle>(block.steps[2].actions[2]);
+    EXPECT_EQ(drive.controls.brake, 0.25);
 }
 
 TEST_F(RunRecordFile, ReturnsTheCamerasOfAFlight) {
@@ -223,13 +272,17 @@ TEST_F(RunRecordFile, IsRefusedWhicheverByteIsDamaged) {
     }
 }
 
-TEST_F(RunRecordFile, OfANewerVersionAndForeignFilesAreRefusedByName) {
-    SealedWriter newer = SealedWriter::create(path_, {{'T', 'R', 'U', 'N'}, 2}).value();
-    ASSERT_TRUE(newer.commit({}));
-    const Result<RunRecord> of_newer = RunRecord::open(path_);
-    ASSERT_FALSE(of_newer);
-    EXPECT_NE(of_newer.error().message.find("version 2"), std::string::npos);
-    EXPECT_NE(of_newer.error().message.find(path_), std::string::npos);
+TEST_F(RunRecordFile, OfAnotherVersionAndForeignFilesAreRefusedByName) {
+    for (const std::uint32_t version : {1u, 3u}) {
+        SealedWriter other = SealedWriter::create(path_, {{'T', 'R', 'U', 'N'}, version}).value();
+        ASSERT_TRUE(other.commit({}));
+        const Result<RunRecord> of_other = RunRecord::open(path_);
+        ASSERT_FALSE(of_other);
+        EXPECT_NE(of_other.error().message.find("version " + std::to_string(version)),
+                  std::string::npos)
+            << of_other.error().message;
+        EXPECT_NE(of_other.error().message.find(path_), std::string::npos);
+    }
 
     write(std::vector<char>(1000, 'x'));
     const Result<RunRecord> foreign = RunRecord::open(path_);

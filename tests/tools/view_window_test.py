@@ -317,6 +317,76 @@ def rewinds_what_was_driven(terrane, folder):
     view.end()
 
 
+def records_what_is_done(terrane, folder):
+    record = os.path.join(folder, "view.run")
+    view = View(terrane, folder, "--record", record, "--eye-m", "0,0,20", "--aim-deg", "0,-45")
+    view.tool("keydown", "w")
+    time.sleep(0.5)
+    view.tool("keyup", "w")
+    view.key("x")
+    view.wait("a dig", lambda s: s["note"].startswith("dug") and s["waiting_digs"] == 0)
+    view.key("f")
+    view.wait("a crate", lambda s: s["bodies"] == 1)
+    for being in ["walker", "driver"]:
+        view.key("Tab")
+        view.wait(being, lambda s: s["being"] == being and not s["waiting"])
+        start = view.state["step"]
+        view.tool("keydown", "w", "keydown", "d")
+        view.wait("a ride", lambda s: s["step"] > start + 90)
+        view.tool("keyup", "w", "keyup", "d")
+        view.key("u")
+    view.key("z")
+    view.wait("an undo", lambda s: s["note"] == "undone" and s["waiting_digs"] == 0)
+    # back to the time of the walk, and on from there
+    view.key("space")
+    view.wait("a pause", lambda s: not s["playing"])
+    view.key("F2")
+    time.sleep(0.5)
+    end = view.state["step"]
+    view.tool("mousemove", SIZE[0] // 2 - 40, SIZE[1] - 24, "click", "1")
+    view.wait("the past", lambda s: s["step"] < end - 20)
+    view.key("f")
+    view.wait("forgets the future", lambda s: s["steps"] < end)
+    view.key("F2", "space")
+    view.wait("the crate", lambda s: s["step"] > s["steps"] - 5 and s["bodies"] >= 2 and s["playing"])
+    time.sleep(1.0)
+    run, last = {}, -1  # what the timeline holds at the end; the first frame of a step has its camera
+    view.states()
+    for state in view.seen:
+        for later in [step for step in run if step > state["steps"]]:
+            del run[later]
+        last = min(last, state["steps"])
+        if state["step"] > last:
+            last = state["step"]
+            run[last] = (set(), state["eye"])
+        if state["step"] in run:
+            run[state["step"]][0].add(state["state_hash"])
+    totals = view.end()
+    assert totals["record"] == record, totals
+    replayed = subprocess.run([terrane, "fly", "--replay", record, "--size", "64x48", "--budget", "500", "--json"],
+                              capture_output=True, text=True, timeout=PATIENCE)
+    assert replayed.returncode == 0, replayed.stderr
+    summary = json.loads(replayed.stdout)
+    assert (summary["run"], summary["state_hash"]) == ("view", totals["state_hash"]), (summary, totals)
+    again = View(terrane, folder, "--replay", record, terrain=[])
+    assert again.state["on_path"], again.state
+    again.key("space")
+    again.wait("the end", lambda s: not s["playing"] and s["time"] > 1)
+    compared = same = 0
+    for state in again.seen:
+        step = math.floor(state["time"] * 60 + 1e-6)
+        if step in run:
+            hashes, eye = run[step]
+            compared += 1
+            # the user may have changed the world after the last frame of the step
+            assert state["eye"] == eye, (state, eye)
+            same += state["state_hash"] in hashes
+    assert compared > 10 and same >= compared - 8, (compared, same)
+    again.key("x")
+    again.wait("a refusal", lambda s: "cannot be dug" in s["note"])
+    again.end()
+
+
 def stays_in_a_cave(terrane, folder):
     view = View(terrane, folder, "--eye-m", "7618,-11846,425", "--aim-deg", "205,-4", terrain=["--scene", str(DATA / "cave.json")])
     start = view.state
@@ -489,7 +559,7 @@ def ends_in_a_line_without_a_display(terrane, folder):
     assert 1 <= err.count("\n") <= 3 and "terminate" not in err, err
 
 
-CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, frees_what_a_fill_covers, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven, stays_in_a_cave,
+CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, frees_what_a_fill_covers, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven, records_what_is_done, stays_in_a_cave,
          resizes_pictures_and_copies, marks_and_panels_work, pictures_return_and_differ, dials_act_at_once,
          panels_leave_half_of_the_window, refuses_what_cannot_be, ends_in_a_line_without_a_display]
 

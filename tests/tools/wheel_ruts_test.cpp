@@ -8,7 +8,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 namespace terrane::tools {
 namespace wheel_ruts_test {
@@ -103,18 +106,36 @@ TEST(GroundEditor, DigsFillsAndUndoesInTheBoxesThatItTells) {
     };
     const double before = height_after(false);
     const WorldPos at(3.0, 4.0, before);
-    ASSERT_TRUE(editor->dig(at, 2.0));
+    ASSERT_TRUE(editor->add({.from_world = at, .to_world = at, .radius = 2.0}));
     EXPECT_NEAR(height_after(true), before - 2.0, 0.3);
     EXPECT_NEAR(height_after(false), before - 2.0, 0.3);
-    ASSERT_TRUE(editor->fill(at, 3.0));
+    ASSERT_TRUE(editor->add({.fills = true, .from_world = at, .to_world = at, .radius = 3.0}));
     EXPECT_NEAR(height_after(true), before + 3.0, 0.3);
     ASSERT_TRUE(editor->undo());
     EXPECT_NEAR(height_after(true), before - 2.0, 0.3);
     ASSERT_TRUE(editor->undo());
     EXPECT_EQ(height_after(true), before);
-    ASSERT_TRUE(editor->dig(at - WorldPos(5.0, 0.0, 0.0), at + WorldPos(5.0, 0.0, 0.0), 1.5));
+    const WorldPos along(5.0, 0.0, 0.0);
+    const GroundEdit tube{.from_world = at - along, .to_world = at + along, .radius = 1.5};
+    ASSERT_TRUE(editor->add(tube));
     EXPECT_NEAR(height_after(true), before - 1.5, 0.3);
-    EXPECT_FALSE(editor->dig(at, std::nan("")));
+    EXPECT_FALSE(editor->add({.from_world = at, .to_world = at, .radius = std::nan("")}));
+
+    const double after = pager.ground().height(3.0, 4.0).height;
+    const GroundEdit ball{.from_world = at, .to_world = at, .radius = 3.0};
+    for (const std::vector<GroundEdit>& edits :
+         {std::vector{tube, ball}, std::vector{ball}, std::vector{tube}}) {
+        ASSERT_TRUE(editor->set_edits(edits));
+        height_after(true);
+        EXPECT_TRUE(std::ranges::equal(editor->edits_in_force(), edits));
+    }
+    EXPECT_EQ(pager.ground().height(3.0, 4.0).height, after);
+    ASSERT_TRUE(editor->set_edits(std::vector{tube}));
+    height_after(false);
+    ASSERT_TRUE(editor->set_edits({}));
+    EXPECT_TRUE(editor->finish(pager));
+    EXPECT_TRUE(editor->edits_in_force().empty());
+    EXPECT_EQ(height_after(false), before);
 }
 
 }  // namespace wheel_ruts_test

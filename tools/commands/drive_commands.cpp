@@ -68,8 +68,6 @@ struct DriveOptions : FlightOptions {
 
 CommandResult<void> run_drive(const DriveOptions& options, const CLI::App& command) {
     TERRANE_TRY(check(options));
-    TERRANE_TRY(refuse_idle_flags(
-        command, {{{"--record"}, !options.ruts, "does not go with --ruts: no record has digs"}}));
     TERRANE_TRY(check(options.camera));
     TERRANE_TRY(check_drivable(options.path));
     TerrainOptions wanted = options.terrain;
@@ -101,8 +99,10 @@ CommandResult<void> run_drive(const DriveOptions& options, const CLI::App& comma
                 FlightOutput::create(options, terrain, Journey::columns(vehicle)));
     TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
 
+    RunSettings run = drive.run_settings(RunKind::drive);
+    run.dig_spacing = wanted.dig_spacing.value_or(0.0);
     TERRANE_TRY(std::optional<RunRecorder> recorder,
-                begin_record(options.record, command, terrain, drive.run_settings(RunKind::drive)));
+                begin_record(options.record, command, terrain, std::move(run)));
     TERRANE_TRY(drive.play(maker, output, nodes, recorder ? &*recorder : nullptr));
     nlohmann::ordered_json summary;
     summary["vehicle"] = vehicle_names()[static_cast<std::size_t>(options.vehicle)];

@@ -288,7 +288,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
     report.awake = world.states().size();
     const bool has_frames = film != nullptr || recorder != nullptr;
     const auto show_until = [&](double time) -> Result<void> {
-        const StepFigures last{report.awake, report.touching_pairs, report.max_depth_m};
+        const StepFigures last = figures_of(report);
         while (has_frames && frames.due() <= time) {
             const double due = frames.due();
             frames.begin(world);
@@ -310,7 +310,7 @@ CommandResult<DropTotals> simulate(const DropOptions& options, const Terrain& te
         totals.add(report, std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
         if (recorder != nullptr) {
             recorder->add_step({});
-            if (report.parked > 0) recorder->amend(world);
+            if (report.parked > 0) recorder->amend(world.save(), CharacterGait());
         }
         TERRANE_TRY(show_until(time));
         if (trace == nullptr) continue;

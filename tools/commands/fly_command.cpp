@@ -157,7 +157,7 @@ nlohmann::ordered_json summarize(const FlyOptions& options, const Terrain& terra
 
 // The columns that drive, walk or drop added to its frames.csv; a replay adds the same.
 std::vector<std::string> columns_of(RunKind kind) {
-    if (kind == RunKind::drop) return drop_columns();
+    if (kind == RunKind::drop || kind == RunKind::view) return drop_columns();
     std::vector<std::string> names = journey_columns();
     const std::vector<std::string> of_traveller =
         kind == RunKind::drive ? vehicle_columns() : character_columns();
@@ -167,7 +167,8 @@ std::vector<std::string> columns_of(RunKind kind) {
 
 std::vector<double> figures_of(const Replay& replay) {
     const RunSettings& settings = replay.record().settings();
-    if (settings.kind == RunKind::drop) return drop_figures(replay.figures());
+    if (settings.kind == RunKind::drop || settings.kind == RunKind::view)
+        return drop_figures(replay.figures());
     const World& world = replay.world();
     std::vector<double> figures =
         journey_figures(world.state(settings.traveller), replay.figures());
@@ -198,9 +199,11 @@ CommandResult<FrameRange> frames_to_show(const FlyOptions& options, const RunRec
 }
 
 // Plays the replay of a run with bodies, from its current frame.
+//
+// @param editor of the maker's ground; null: the ground does not change
 Result<void> show_replay(const FlyOptions& options, std::size_t frame_count, SlowHeights* storage,
-                         Replay& replay, ReplayBodies& bodies, FrameMaker& maker,
-                         FlightOutput& output) {
+                         Replay& replay, ReplayBodies& bodies, GroundEditor* editor,
+                         FrameMaker& maker, FlightOutput& output) {
     Progress progress("replaying");
     const View picture = make_view(options.size, options.fov_deg);
     const bool is_drop = replay.record().settings().kind == RunKind::drop;
@@ -211,7 +214,14 @@ Result<void> show_replay(const FlyOptions& options, std::size_t frame_count, Slo
         const std::span<const BodyNeed> of_world = replay.world().needs();
         needs.assign(of_world.begin(), of_world.end());
     };
+    const auto change_ground = [&]() -> Result<void> {
+        if (editor == nullptr) return {};
+        TERRANE_TRY(editor->set_edits(replay.ground_edits()));
+        editor->update(maker.pager());
+        return {};
+    };
     find_needs();
+    TERRANE_TRY(change_ground());
     const double first_time = replay.time();
     maker.load_until_stable(replay.view(picture), needs, first_time);
     if (output.is_closed()) return {};
@@ -226,6 +236,7 @@ Result<void> show_replay(const FlyOptions& options, std::size_t frame_count, Slo
         }
         const View view = replay.view(picture);
         TERRANE_TRY(bodies.show(replay));
+        TERRANE_TRY(change_ground());
         find_needs();
         MadeFrame frame =
             maker.make({.view = view, .velocity = replay.camera_velocity()}, needs, time);
@@ -261,8 +272,19 @@ CommandResult<void> run_replay(FlyOptions options, const CLI::App& command) {
     if (!chooses_terrain(command)) {
         TERRANE_TRY(wanted, terrain_options_of(record, options.terrain));
     }
-    TERRANE_TRY(const Terrain terrain, open_terrain(wanted));
+    wanted.dig_spacing = dig_spacing_of(record);
+    TERRANE_TRY(Terrain terrain, open_terrain(wanted));
     TERRANE_TRY(record.check_terrain(terrain));
+    std::unique_ptr<GroundEditor> editor;
+    if (!record.ground().is_empty()) {
+        if (options.has_slow_storage()) {
+            return failure(
+                fmt::format("--latency-ms and --bandwidth-mb do not go with the digs of "
+                            "the record '{}'",
+                            record.path()));
+        }
+        TERRANE_TRY(editor, GroundEditor::create(terrain, 0));
+    }
     TERRANE_TRY(check_limits(options, terrain));
     const std::shared_ptr<SlowHeights> storage = open_slow_storage(options, terrain);
     TERRANE_TRY(FrameMaker maker, make_frame_maker(options, terrain, storage));
@@ -284,8 +306,8 @@ CommandResult<void> run_replay(FlyOptions options, const CLI::App& command) {
         TERRANE_TRY(FlightOutput output, FlightOutput::create(options, terrain, columns_of(kind)));
         TERRANE_TRY(BodyNodes nodes, output.add_bodies(terrain, maker));
         ReplayBodies bodies(replay, terrain, std::move(nodes));
-        TERRANE_TRY(
-            show_replay(options, range.count, storage.get(), replay, bodies, maker, output));
+        TERRANE_TRY(show_replay(options, range.count, storage.get(), replay, bodies, editor.get(),
+                                maker, output));
         if (replay.frame() + 1 == replay.record().frame_count()) TERRANE_TRY(replay.finish());
         state_hash = replay.world().state_hash();
         return output;
@@ -362,7 +384,8 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
                      "Seconds of a track, or of a replay, to leave out");
     fly->add_option(
            "--replay", options->replay,
-           "Show a run again that fly, drive, walk or drop recorded: the same bodies and cameras, "
+           "Show a run again that view, fly, drive, walk or drop recorded: the same bodies and "
+           "cameras, "
            "bit for bit, in frames as the flags of pictures say. It opens the terrain of the run; "
            "--dem, --seed or --scene, with the other flags of the terrain, say where that is now")
         ->type_name("FILE");

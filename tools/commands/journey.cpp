@@ -218,7 +218,7 @@ CommandResult<void> Journey::advance(const Ground& ground, RunRecorder* recorder
         camera_->follow(traveller_.pose(world_), dt, ground, world_, body_);
         if (recorder == nullptr) continue;
         recorder->add_step({action});
-        if (has_changed || last_.parked > 0) recorder->amend(world_);
+        if (has_changed || last_.parked > 0) recorder->amend(world_.save(), traveller_.gait());
         if (!camera_->is_complete()) recorder->amend(camera_->state());
     }
     return {};
@@ -251,7 +251,8 @@ CommandResult<void> Journey::play(FrameMaker& maker, FlightOutput& output, BodyN
             std::this_thread::sleep_until(start + std::chrono::duration<double>(time));
         }
         const View view = camera_->view(picture);
-        traveller_.change_ground(world_, maker.pager());
+        if (traveller_.change_ground(world_, maker.pager()) && recorder != nullptr)
+            recorder->ground().set(recorder->step_count(), traveller_.ground_edits());
         TERRANE_TRY(show(nodes));
         const std::span<const BodyNeed> of_world = world_.needs();
         needs.assign(of_world.begin(), of_world.end());

@@ -92,7 +92,7 @@ private:
     int steps_in_frame() const;
     CommandResult<void> advance(const Ground& ground, RunRecorder* recorder);
     void step(const Ground& ground, double dt);
-    StepFigures figures() const { return {last_.awake, last_.touching_pairs, last_.max_depth_m}; }
+    StepFigures figures() const { return figures_of(last_); }
     void count_touched();
     Result<void> show(BodyNodes& nodes) const;
 

@@ -68,6 +68,11 @@ std::vector<std::string> terrain_detail_flags(const CLI::App& command) {
     return flags;
 }
 
+std::optional<double> dig_spacing_of(const RunRecord& record) {
+    const double spacing = record.settings().dig_spacing;
+    return spacing > 0.0 ? std::optional(spacing) : std::nullopt;
+}
+
 CommandResult<TerrainOptions> terrain_options_of(const RunRecord& record,
                                                  const TerrainOptions& given) {
     TerrainOptions options;

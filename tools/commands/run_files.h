@@ -47,4 +47,7 @@ std::vector<std::string> terrain_detail_flags(const CLI::App& command);
 CommandResult<TerrainOptions> terrain_options_of(const RunRecord& record,
                                                  const TerrainOptions& given);
 
+/// TerrainOptions::dig_spacing of a record.
+std::optional<double> dig_spacing_of(const RunRecord& record);
+
 }  // namespace terrane::tools

@@ -120,8 +120,15 @@ bool VehicleTraveller::react(World& world, const Ground& ground, double) {
     return is_righted;
 }
 
-void VehicleTraveller::change_ground(World& world, Pager& pager) {
-    if (ruts_ != nullptr) world.wake(ruts_->update(pager));
+bool VehicleTraveller::change_ground(World& world, Pager& pager) {
+    if (ruts_ == nullptr) return false;
+    const Aabb changed = ruts_->update(pager);
+    world.wake(changed);
+    return changed.low.x() <= changed.high.x();
+}
+
+std::span<const GroundEdit> VehicleTraveller::ground_edits() const {
+    return ruts_ != nullptr ? ruts_->edits_in_force() : std::span<const GroundEdit>();
 }
 
 bool VehicleTraveller::has_ended(const World& world) const {

@@ -58,8 +58,10 @@ public:
     ///
     /// Returns: whether it changed the world
     virtual bool react(World& world, const Ground& ground, double dt) = 0;
-    /// Changes the ground. Called before each update of the pager, in the same frame.
-    virtual void change_ground(World&, Pager&) {}
+    /// Changes the ground. Called before each update of the pager, in the same frame. Returns whether it has changed.
+    virtual bool change_ground(World&, Pager&) { return false; }
+    /// The edits of the ground in force.
+    virtual std::span<const GroundEdit> ground_edits() const { return {}; }
     /// Whether the journey is over: the traveller has arrived and stopped, or cannot continue.
     virtual bool has_ended(const World& world) const = 0;
     virtual PathProgress progress() const = 0;
@@ -101,7 +103,8 @@ public:
     /// With OnRoll::right, sets the vehicle upright after a rollover; tries again in the next step if ground is not
     /// resident.
     bool react(World& world, const Ground& ground, double dt) override;
-    void change_ground(World& world, Pager& pager) override;
+    bool change_ground(World& world, Pager& pager) override;
+    std::span<const GroundEdit> ground_edits() const override;
     bool has_ended(const World& world) const override;
     PathProgress progress() const override;
     bool is_supported(const World& world) const override;

@@ -35,7 +35,7 @@ struct ViewOptions : FlightOptions {
     bool no_help = false;
     bool no_dig = false;
     double close_after = std::numeric_limits<double>::quiet_NaN();
-    std::string state_log, replay;  // files; "" for none
+    std::string state_log, record, replay;  // files; "" for none
 };
 
 // A word of a shell's command line.
@@ -50,8 +50,9 @@ std::string quoted(const std::string& word) {
 
 // The command line of this view without the camera's place, the window's size, and the files that it writes.
 std::string given_flags(const CLI::App& command) {
-    const std::set<std::string> left_out{"--eye-m",         "--aim-deg", "--size", "--state-log",
-                                         "--close-after-s", "--json",    "--out",  "--help"};
+    const std::set<std::string> left_out{"--eye-m",     "--aim-deg",       "--size",
+                                         "--state-log", "--close-after-s", "--json",
+                                         "--out",       "--help",          "--record"};
     std::string text = "terrane view";
     for (const CLI::Option* option : command.get_options()) {
         const std::string name = option->get_name();
@@ -87,7 +88,7 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
         command,
         {{{"--speed", "--altitude", "--seconds"}, !options.path.empty(), "goes with --path"},
          {{"--start-s"}, names_track_file(options.path), "goes with a track file as --path"},
-         {{"--path"}, options.replay.empty(), "does not go with --replay"},
+         {{"--path", "--record"}, options.replay.empty(), "does not go with --replay"},
          {terrain_detail_flags(command), options.replay.empty() || chooses_terrain(command),
           "is in the record that --replay reads, unless --dem, --seed or --scene names its "
           "terrain"},
@@ -101,14 +102,20 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
         if (!chooses_terrain(command)) {
             TERRANE_TRY(wanted, terrain_options_of(*settings.record, options.terrain));
         }
+        wanted.dig_spacing = dig_spacing_of(*settings.record);
     }
     TERRANE_TRY(Terrain terrain, open_terrain(wanted));
     if (settings.record) TERRANE_TRY(settings.record->check_terrain(terrain));
     TERRANE_TRY(check_limits(options, terrain));
     std::unique_ptr<GroundEditor> brush;
-    settings.why_no_brush = settings.record ? "a record has no digs" : "--no-dig was given";
-    // a record is of ground without digs
-    if (!options.no_dig && !settings.record) {
+    if (settings.record) {
+        settings.why_no_brush = "the ground of a record cannot be dug";
+        if (!settings.record->ground().is_empty()) {
+            TERRANE_TRY(brush, GroundEditor::create(terrain, 1));
+        }
+    } else if (options.no_dig) {
+        settings.why_no_brush = "--no-dig was given";
+    } else {
         CommandResult<std::unique_ptr<GroundEditor>> made = GroundEditor::create(terrain, 1);
         // a view without digging is still a view
         if (made) {
@@ -149,10 +156,18 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
                            flags, size.width_px, size.height_px, eye.x(), eye.y(), eye.z(),
                            place.azimuth_deg, place.elevation_deg);
     };
+    TERRANE_TRY(std::optional<RunRecorder> recorder, begin_record(options.record, command, terrain,
+                                                                  {.kind = RunKind::view,
+                                                                   .fps = 1.0 / LiveWorld::kStep,
+                                                                   .dt = LiveWorld::kStep}));
+    if (recorder) settings.recorder = &*recorder;
     TERRANE_TRY(const std::unique_ptr<Viewer> viewer,
                 Viewer::create(options, terrain, std::move(brush), std::move(settings)));
-    TERRANE_TRY(const ViewTotals totals, viewer->run());
+    const CommandResult<ViewTotals> shown = viewer->run();
     nlohmann::ordered_json summary;
+    TERRANE_TRY(
+        end_record(recorder, shown ? std::optional(shown->state_hash) : std::nullopt, summary));
+    TERRANE_TRY(const ViewTotals totals, shown);
     summary["frames"] = totals.frames;
     summary["draw_ms_median"] = totals.draw_ms_median;
     summary["overlay_ms_median"] = totals.overlay_ms_median;
@@ -184,8 +199,9 @@ void add_view_command(CLI::App& app, CommandContext& context) {
                          ", or a track: .csv, .gpx, .igc, .tum; without it the camera is free")
         ->type_name("PATH");
     view->add_option("--replay", options->replay,
-                     "A run to play that --record of fly, drive, walk or drop wrote")
+                     "A run to play that --record of view, fly, drive, walk or drop wrote")
         ->type_name("FILE");
+    add_record_option(*view, options->record);
     add_positive(*view, "--speed", options->speed, "Of the path, as for fly");
     add_positive(*view, "--altitude", options->altitude, "Of the path, as for fly");
     add_positive(*view, "--seconds", options->seconds, "Length of the path, as for fly");

@@ -163,13 +163,11 @@ Result<void> BodyNodes::place(Part& part, const Pose& pose_world, const Tint& ti
 
 Result<void> BodyNodes::show(std::size_t body, const Shape& shape, const BodyState& state,
                              const Tint& tint) {
-    auto known = bodies_.find(body);
     if (state.condition == BodyCondition::left_world || state.condition == BodyCondition::removed) {
-        if (known == bodies_.end()) return {};
-        field_->scene().remove(known->second.node);
-        bodies_.erase(known);
+        remove(body);
         return {};
     }
+    auto known = bodies_.find(body);
     if (known == bodies_.end()) {
         const auto look = nodes_of_bodies_.find(body);
         Part part;
@@ -185,6 +183,13 @@ Result<void> BodyNodes::show(std::size_t body, const Shape& shape, const BodySta
                         : state.condition == BodyCondition::fixed ? kStatic
                                                                   : 1.0f;
     return place(known->second, state.pose, scaled(tint, share));
+}
+
+void BodyNodes::remove(std::size_t body) {
+    const auto known = bodies_.find(body);
+    if (known == bodies_.end()) return;
+    field_->scene().remove(known->second.node);
+    bodies_.erase(known);
 }
 
 Result<void> BodyNodes::add(ModelId model, std::size_t count, std::vector<Part>& parts_out) {
@@ -249,6 +254,7 @@ Result<const BodyNodes::VehicleLook*> BodyNodes::look_of(const VehicleSettings& 
 Result<void> BodyNodes::add_vehicle(const VehicleSettings& settings, const VehicleState& state) {
     TERRANE_TRY(const VehicleLook* const look, look_of(settings));
     Vehicle made;
+    made.look = look;
     TERRANE_TRY(made.body, add(look->body));
     TERRANE_TRY(add(look->wheel, state.wheels.size(), made.wheels));
     if (look->link)
@@ -302,6 +308,7 @@ Result<void> BodyNodes::show_smoke(const VehicleSettings& settings, const Vehicl
 }
 
 Result<void> BodyNodes::show(const VehicleSettings& settings, const VehicleState& state) {
+    if (vehicle_ && !has_same_form(vehicle_->look->settings, settings)) remove_vehicle();
     if (!vehicle_) TERRANE_TRY(add_vehicle(settings, state));
     const Pose& chassis = state.chassis.pose;
     TERRANE_TRY(place(vehicle_->body, chassis, kAwake));

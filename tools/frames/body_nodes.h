@@ -55,9 +55,12 @@ public:
     Result<void> show(std::size_t body, const Shape& shape, const BodyState& state,
                       const Tint& tint = {1.0f, 1.0f, 1.0f});
 
+    /// Hides a body, if it is shown.
+    void remove(std::size_t body);
+    /// One more than the largest body that is shown; 0 without bodies.
+    std::size_t body_end() const { return bodies_.empty() ? 0 : bodies_.rbegin()->first + 1; }
+
     /// Shows the vehicle, with exhaust and dust. Fails as show()
-    ///
-    /// @param settings of the vehicle shown before, unless that was removed
     Result<void> show(const VehicleSettings& settings, const VehicleState& state);
     /// Hides the vehicle, if there is one.
     void remove_vehicle();
@@ -95,6 +98,7 @@ private:
         Eigen::Vector3d exhaust_direction = Eigen::Vector3d::Zero();
     };
     struct Vehicle {
+        const VehicleLook* look = nullptr;
         Part body;
         std::vector<Part> wheels, links, sprockets;
         std::optional<NodeId> exhaust;  // none for proxies

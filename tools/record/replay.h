@@ -4,6 +4,7 @@
 #include "flight/cameras.h"
 #include "record/run_record.h"
 #include "scene/body_placement.h"
+#include "scene/ground_editor.h"
 #include "scene/terrain_options.h"
 
 #include <terrane/collision/world.h>
@@ -12,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -26,10 +28,11 @@ class Replay {
 public:
     /// Opens the first frame, and loads the ground under all bodies.
     ///
-    /// @param terrain      the record's, see RunRecord::check_terrain(); must outlive the replay
+    /// @param terrain      the record's, see RunRecord::check_terrain(). Digs of the run change the replay's own
+    ///                     copy, but not this one
     /// @param memory_bytes ceiling of the chunks under bodies
     ///
-    /// Fails: as seek(), Pager::create() and ObjectBodies::create()
+    /// Fails: as seek(), GroundEditor::create(), Pager::create() and ObjectBodies::create()
     static Result<Replay> create(RunRecord record, const Terrain& terrain,
                                  std::size_t memory_bytes);
 
@@ -37,12 +40,12 @@ public:
     ///
     /// Fails: as advance()
     /// Cost:  the steps since the stored state before the frame, of at most five seconds, unless the current frame is
-    ///        between them
+    ///        between them; and the digs that are done or undone
     Result<void> seek(std::size_t frame);
     /// Goes to the next frame; requires that there is one.
     ///
     /// Fails: bad_data if the replay differs from the run, or a block of the record is invalid; io if the record cannot
-    ///        be read
+    ///        be read; as GroundEditor::set_edits() and GroundEditor::finish()
     Result<void> advance();
     /// From the last frame, makes the steps of the run after it. Then world() is that at the end of the run. Call
     /// seek() before the next advance().
@@ -62,34 +65,42 @@ public:
     const World& world() const { return world_; }
     /// Figures of the last step before the current frame.
     const StepFigures& figures() const { return figures_; }
-    /// The gait of the character of a walk.
+    /// The gait of the character.
     const CharacterGait& gait() const { return gait_; }
+    /// The edits of the ground in the current frame.
+    std::span<const GroundEdit> ground_edits() const { return ground_edits_; }
     /// `view` with the position and orientation of the run's camera.
     View view(const View& view) const;
     /// Mean velocity of the eye during the last step, m/s.
     const Eigen::Vector3d& camera_velocity() const;
 
 private:
-    Replay(RunRecord record, const Terrain& terrain, Pager pager, ObjectBodies objects,
-           World world);
+    Replay(RunRecord record, Terrain terrain, std::unique_ptr<GroundEditor> editor, Pager pager,
+           ObjectBodies objects, World world);
 
     bool is_drop() const { return record_.settings().kind == RunKind::drop; }
+    bool is_view() const { return record_.settings().kind == RunKind::view; }
     Pose target_pose() const;
     Result<void> enter(std::size_t block);
     Result<void> load(std::span<const std::byte> world);
     Result<void> set_camera(std::span<const double> state);
     std::vector<double> camera_state() const;
     Result<void> check_start(std::size_t block) const;
+    Result<Aabb> change_ground();
     Ground load_ground();
     Result<void> step(const RunStep& step);
 
     RunRecord record_;
-    const Terrain* terrain_;
+    Terrain terrain_;
+    std::unique_ptr<GroundEditor> editor_;  // null: no digs
+    std::vector<GroundEdit> ground_edits_;
+    std::uint64_t next_change_ = GroundLog::kNever;  // step
     Pager pager_;
     ObjectBodies objects_;
     World world_;
     std::optional<ChaseCamera> chase_camera_;  // of drives and walks
     std::optional<DropCamera> drop_camera_;
+    CameraPose pose_;  // of the camera of a view
     CharacterGait gait_;
     StepFigures figures_;
     RunBlock block_;

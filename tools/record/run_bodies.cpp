@@ -3,6 +3,7 @@
 
 #include "scene/shape_meshes.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace terrane::tools {
@@ -64,18 +65,57 @@ void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNode
     for (std::size_t i = 0; i < of_scene.size(); ++i) nodes.set_node(first + i, of_scene[i]);
 }
 
+namespace {
+
+Result<void> show_awake(const World& world, std::size_t body, const Tint& tint, BodyNodes& nodes) {
+    BodyState state = world.states()[body];
+    // bodies that wake and sleep would flicker
+    if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
+    return nodes.show(body, world.settings()[body].shape, state, tint);
+}
+
+Result<void> show_character(const World& world, BodyId character, const CharacterGait& gait,
+                            BodyNodes& nodes) {
+    const BodyState& body = world.state(character);
+    return nodes.show(*world.character_settings(character),
+                      gait.world_from_capsule(body.pose.translation), gait.walked,
+                      body.velocity.head<2>().norm());
+}
+
+}  // namespace
+
 Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
                          std::size_t scene_count, BodyNodes& nodes) {
-    const auto show_body = [&](std::size_t body, const Tint& tint) {
-        BodyState state = world.states()[body];
-        // bodies that wake and sleep would flicker
-        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        return nodes.show(body, world.settings()[body].shape, state, tint);
-    };
     for (std::size_t i = 0; i < crate_count; ++i)
-        TERRANE_TRY(show_body(first_crate(traveller) + i, crate_tint(i)));
-    for (std::size_t i = 0; i < scene_count; ++i)
-        TERRANE_TRY(show_body(first_scene_body(traveller, crate_count) + i, {1.0f, 1.0f, 1.0f}));
+        TERRANE_TRY(show_awake(world, first_crate(traveller) + i, crate_tint(i), nodes));
+    for (std::size_t i = 0; i < scene_count; ++i) {
+        TERRANE_TRY(show_awake(world, first_scene_body(traveller, crate_count) + i,
+                               {1.0f, 1.0f, 1.0f}, nodes));
+    }
+    return {};
+}
+
+Result<void> show_view(const World& world, const CharacterGait& gait, std::size_t scene_count,
+                       BodyNodes& nodes) {
+    bool has_vehicle = false, has_character = false;
+    const std::size_t end = std::max(world.states().size(), nodes.body_end());
+    for (std::size_t i = 0; i < end; ++i) {
+        const BodyId id = world.id(i);
+        if (const VehicleState* const vehicle = world.vehicle(id)) {
+            has_vehicle = true;
+            TERRANE_TRY(nodes.show(*world.vehicle_settings(id), *vehicle));
+        } else if (world.character(id) != nullptr) {
+            has_character = true;
+            TERRANE_TRY(show_character(world, id, gait, nodes));
+        } else if (id.is_valid() &&
+                   (i < scene_count || world.states()[i].condition != BodyCondition::fixed)) {
+            TERRANE_TRY(show_awake(world, i, {1.0f, 1.0f, 1.0f}, nodes));
+            continue;
+        }
+        nodes.remove(i);
+    }
+    if (!has_vehicle) nodes.remove_vehicle();
+    if (!has_character) nodes.remove_character();
     return {};
 }
 
@@ -90,6 +130,10 @@ ReplayBodies::ReplayBodies(const Replay& replay, const Terrain& terrain, BodyNod
         return;
     }
     scene_count_ = terrain.bodies.size();
+    if (settings.kind == RunKind::view) {
+        set_nodes(terrain.bodies, 0, nodes_);
+        return;
+    }
     set_nodes(terrain.bodies, first_scene_body(settings.traveller, settings.crate_count), nodes_);
 }
 
@@ -97,14 +141,13 @@ Result<void> ReplayBodies::show(const Replay& replay) {
     const RunSettings& settings = replay.record().settings();
     const World& world = replay.world();
     if (drop_) return drop_->show(world, nodes_);
+    if (settings.kind == RunKind::view)
+        return show_view(world, replay.gait(), scene_count_, nodes_);
     const BodyId traveller = settings.traveller;
     if (settings.kind == RunKind::drive) {
         TERRANE_TRY(nodes_.show(*world.vehicle_settings(traveller), *world.vehicle(traveller)));
     } else {
-        const BodyState& body = world.state(traveller);
-        TERRANE_TRY(nodes_.show(*world.character_settings(traveller),
-                                replay.gait().world_from_capsule(body.pose.translation),
-                                replay.gait().walked, body.velocity.head<2>().norm()));
+        TERRANE_TRY(show_character(world, traveller, replay.gait(), nodes_));
     }
     return show_bodies(world, traveller, settings.crate_count, scene_count_, nodes_);
 }

@@ -45,6 +45,11 @@ void set_nodes(std::span<const PlacedBody> of_scene, std::size_t first, BodyNode
 Result<void> show_bodies(const World& world, BodyId traveller, std::size_t crate_count,
                          std::size_t scene_count, BodyNodes& nodes);
 
+/// Shows the vehicle and the character of a view, if it has them, its crates and the bodies of its scene, which are the
+/// first ones; not the static objects of the scene, which are drawn themselves. Fails as BodyNodes::show()
+Result<void> show_view(const World& world, const CharacterGait& gait, std::size_t scene_count,
+                       BodyNodes& nodes);
+
 /// The bodies of a replay as nodes of a scene.
 class ReplayBodies {
 public:

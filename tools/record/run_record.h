@@ -3,6 +3,7 @@
 
 #include "flight/cameras.h"
 #include "program/progress.h"
+#include "record/ground_log.h"
 #include "scene/body_forms.h"
 #include "scene/terrain_options.h"
 
@@ -32,16 +33,28 @@ struct DriveVehicle {
 struct WalkCharacter {
     BodyId character;
     CharacterControls controls;
+    /// In which it faces, unit; zero: it turns towards its velocity, see CharacterGait::follow().
+    WorldVec2 heading = WorldVec2::Zero();
+};
+
+/// Pulls a point of a body to a place by a damped spring, in the next step.
+struct PullBody {
+    BodyId body;
+    WorldPos grip_body = WorldPos::Zero();  ///< in the frame of the body
+    WorldPos hand_world = WorldPos::Zero();
 };
 
 /// What acts on a world before a step.
-using RunAction = std::variant<DriveVehicle, WalkCharacter>;
+using RunAction = std::variant<DriveVehicle, WalkCharacter, PullBody>;
 
-/// Fails: as World::set_controls()
+/// Fails: as World::set_controls() and World::add_force(); invalid_argument for a body that is not in the world
 Result<void> apply(const RunAction& action, World& world);
+/// The gait of a character follows a step of dt seconds in which it walked.
+void advance_gait(const WalkCharacter& walk, const CharacterState& state, double dt,
+                  CharacterGait& gait);
 
-/// Kinds of recorded runs. A flight has no bodies.
-enum class RunKind { flight, drive, walk, drop };
+/// Kinds of recorded runs. A flight has no bodies; the bodies of a view are those of its user.
+enum class RunKind { flight, drive, walk, drop, view };
 
 /// The subcommand that makes runs of a kind: "drive".
 std::string name_of(RunKind kind);
@@ -69,6 +82,7 @@ struct RunSettings {
     std::size_t first_scene_body = 0;  ///< index in the world, of a drop
     std::string mesh_file = {};        ///< shown for all bodies of the first one's shape; "": none
     double mesh_scale = 1.0;           ///< of the mesh file's points
+    double dig_spacing = 0.0;          ///< TerrainOptions::dig_spacing, metres; 0: none
 };
 
 /// Figures of the last step that frames show.
@@ -76,17 +90,25 @@ struct StepFigures {
     std::uint64_t awake = 0, touching_pairs = 0;
     double max_depth_m = 0.0;
 };
+StepFigures figures_of(const StepReport& report);
 
 /// Everything that a run carries from one frame to the next.
 struct RunState {
     std::vector<std::byte> world;  ///< World::save()
-    std::vector<double> camera;    ///< state() of a ChaseCamera or DropCamera
-    CharacterGait gait;            ///< of a walk
+    std::vector<double> camera;    ///< state() of a ChaseCamera or DropCamera, numbers_of() a pose
+    CharacterGait gait;            ///< of the character
     StepFigures last;
 };
 
+/// The numbers of a pose: the state of the camera of a view.
+inline constexpr std::size_t kPoseNumbers = 12;
+CameraState<kPoseNumbers> numbers_of(const CameraPose& pose);
+CameraPose pose_of(const CameraState<kPoseNumbers>& numbers);
+
 /// A hash of the states of bodies, camera and gait: equal for the run and its replay.
-std::uint64_t hash_of_state(const World& world, std::span<const double> camera,
+///
+/// @param world_hash World::state_hash()
+std::uint64_t hash_of_state(std::uint64_t world_hash, std::span<const double> camera,
                             const CharacterGait& gait);
 
 /// One step of a world, and what followed it.
@@ -95,7 +117,9 @@ struct RunStep {
     /// World::save() after the step, if something beside the step changed the world or the step depended on ground
     /// that was late; otherwise empty.
     std::vector<std::byte> world = {};
-    /// The state of the camera after the step, if that depended on ground that was late; otherwise empty.
+    CharacterGait gait = {};  ///< after the step, if `world` is not empty
+    /// The state of the camera after the step, if that does not follow from the world; otherwise empty. All cameras of
+    /// a run have as many numbers.
     std::vector<double> camera = {};
     std::uint32_t frame_count = 0;  ///< frames that show the state after the step
 };
@@ -110,7 +134,8 @@ struct RunBlock {
 /// Records a run in a file, which appears when it is complete (SealedWriter). docs/records.md describes the format.
 ///
 /// For a run with bodies: add_frame() for the start; then for each step add_step(), the functions that amend it where
-/// they apply, and add_frame() for each frame that shows the state after it. For a flight only add_pose().
+/// they apply, and add_frame() for each frame that shows the state after it. For a flight only add_pose(). ground() has
+/// the digs of the run.
 ///
 /// Errors while writing are kept, and reported by commit().
 class RunRecorder {
@@ -123,7 +148,9 @@ public:
     /// Adds a step of RunSettings::dt seconds.
     void add_step(std::vector<RunAction> actions);
     /// Amends the last step: its world does not follow from the actions alone.
-    void amend(const World& world);
+    ///
+    /// @param world World::save()
+    void amend(std::vector<std::byte> world, const CharacterGait& gait);
     /// Amends the last step: its camera does not follow from the world alone.
     void amend(std::span<const double> camera);
     /// Adds a frame that shows the current state. At intervals it stores that state.
@@ -131,6 +158,13 @@ public:
     /// Cost: nothing, but once in five seconds of the run World::save() and the compression of the last block
     void add_frame(const World& world, std::span<const double> camera, const CharacterGait& gait,
                    const StepFigures& last);
+    /// The same where the state may be stored already: add_frame() without a state, unless needs_state().
+    ///
+    /// @param state_hash hash_of_state() of the state
+    void add_frame(RunState state, std::uint64_t state_hash);
+    void add_frame();
+    /// Whether the next frame should have the state: the first, and one in five seconds of the run.
+    bool needs_state() const;
     /// Adds a frame of a flight.
     void add_pose(const CameraPose& pose);
 
@@ -138,6 +172,8 @@ public:
     Result<void> commit();
 
     const std::string& path() const { return path_; }
+    std::size_t step_count() const { return step_count_; }
+    GroundLog& ground() { return ground_; }
 
 private:
     struct StoredBlock {
@@ -161,6 +197,7 @@ private:
     std::uint64_t block_frame_ = 0, block_step_ = 0, block_hash_ = 0;  // of the open block's start
     std::optional<RunBlock> block_;                                    // open
     std::vector<CameraPose> poses_;                                    // of the open block
+    GroundLog ground_;
 };
 
 /// A recorded run, open for reading.
@@ -176,6 +213,7 @@ public:
     const RunSettings& settings() const { return settings_; }
     std::size_t frame_count() const { return frame_count_; }  ///< at least 1
     std::size_t step_count() const { return step_count_; }
+    const GroundLog& ground() const { return ground_; }
     /// The last frame at or before a time, seconds from the start; the first or last one for times outside the run.
     std::size_t frame_at(double time) const;
 
@@ -205,6 +243,7 @@ private:
     SealedReader file_;
     RunSettings settings_;
     std::vector<RunRecorder::StoredBlock> blocks_;
+    GroundLog ground_;
     std::size_t frame_count_ = 0, step_count_ = 0;
 };
 

@@ -414,12 +414,16 @@ std::vector<Pose> character_part_poses(const CharacterSettings& settings,
     return poses;
 }
 
+void CharacterGait::walk(const CharacterState& state, double dt) {
+    if (state.stands) walked += dt * state.body.velocity.head<2>().norm();
+}
+
 void CharacterGait::follow(const CharacterState& state, const CharacterControls& controls,
                            double dt) {
     constexpr double kTurnTime = 0.3;      // time constant, seconds
     constexpr double kLeastSpeed = 1e-3;   // m/s; slower, it keeps its direction
     constexpr double kLeastLength = 1e-3;  // of a heading that is turning back
-    if (state.stands) walked += dt * state.body.velocity.head<2>().norm();
+    walk(state, dt);
     const Eigen::Vector2d wanted(controls.velocity.x(), controls.velocity.y());
     if (wanted.norm() < kLeastSpeed) return;
     const Eigen::Vector2d turned =

@@ -36,7 +36,9 @@ struct CharacterGait {
     Eigen::Vector2d heading = Eigen::Vector2d::UnitX();  ///< unit, world axes
     double walked = 0.0;                                 ///< metres on its feet
 
-    /// Follows a step of dt seconds: turns towards the wanted velocity, with a lag, and adds the distance walked.
+    /// Adds the distance walked in a step of dt seconds.
+    void walk(const CharacterState& state, double dt);
+    /// walk(), and turns towards the wanted velocity, with a lag.
     void follow(const CharacterState& state, const CharacterControls& controls, double dt);
     /// The pose of the capsule of the form: x forward, z up.
     Pose world_from_capsule(const WorldPos& centre_world) const;

@@ -8,8 +8,17 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 
 namespace terrane::tools {
+
+/// A dig or fill of the ground: of a ball, or of a tube from one point to another.
+struct GroundEdit {
+    bool fills = false;  ///< adds ground; otherwise removes it
+    WorldPos from_world = WorldPos::Zero(), to_world = WorldPos::Zero();  ///< equal: a ball
+    double radius = 0.0;                                                  ///< metres
+    friend bool operator==(const GroundEdit&, const GroundEdit&) = default;
+};
 
 /// Digs and fills the ground while frames are made, by a VolumeEditor, and tells where the ground has changed.
 class GroundEditor {
@@ -26,20 +35,27 @@ public:
     /// Least radius of a ball that the ground's finest spacing can show, metres.
     double least_radius() const;
 
-    /// Removes a ball of ground, or the ground in a tube from one point to another. Fails as VolumeEditor::dig()
-    ///
-    /// @param radius metres
-    Result<void> dig(const WorldPos& centre_world, double radius);
-    Result<void> dig(const WorldPos& from_world, const WorldPos& to_world, double radius);
-    /// Adds a ball of ground. Fails as VolumeEditor::fill()
-    Result<void> fill(const WorldPos& centre_world, double radius);
+    /// Digs or fills. Fails as VolumeEditor::dig()
+    Result<void> add(const GroundEdit& edit);
     /// Undoes the last dig or fill that has not been undone. Fails with invalid_argument if there is none.
     Result<void> undo();
+
+    /// Undoes the edits, in force or not, from the first that differs from `edits` on, and adds those that are missing.
+    ///
+    /// Fails: as add()
+    Result<void> set_edits(std::span<const GroundEdit> edits);
 
     /// Applies completed changes. Call once a frame, before Pager::update().
     ///
     /// Returns: bounds of the change, metres; empty (low > high) if nothing changed
     Aabb update(Pager& pager);
+    /// As update(), but blocks until all changes are in force. Not for use in a frame that must not wait.
+    ///
+    /// Fails: out_of_memory if the changed ground does not fit below the pager's ceiling
+    Result<Aabb> finish(Pager& pager);
+
+    /// The edits in force from the pager's next update on, in order.
+    std::span<const GroundEdit> edits_in_force() const;
 
     /// Changes that are not in the ground yet.
     std::size_t waiting() const;

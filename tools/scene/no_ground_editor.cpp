@@ -16,11 +16,12 @@ CommandResult<std::unique_ptr<GroundEditor>> GroundEditor::create(Terrain&, int)
 }
 
 double GroundEditor::least_radius() const { return 0.0; }
-Result<void> GroundEditor::dig(const WorldPos&, double) { return {}; }
-Result<void> GroundEditor::dig(const WorldPos&, const WorldPos&, double) { return {}; }
-Result<void> GroundEditor::fill(const WorldPos&, double) { return {}; }
+Result<void> GroundEditor::add(const GroundEdit&) { return {}; }
 Result<void> GroundEditor::undo() { return {}; }
+Result<void> GroundEditor::set_edits(std::span<const GroundEdit>) { return {}; }
 Aabb GroundEditor::update(Pager&) { return {}; }
+Result<Aabb> GroundEditor::finish(Pager&) { return Aabb(); }
+std::span<const GroundEdit> GroundEditor::edits_in_force() const { return {}; }
 std::size_t GroundEditor::waiting() const { return 0; }
 
 }  // namespace terrane::tools

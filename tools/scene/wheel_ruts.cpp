@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "scene/wheel_ruts.h"
 
-#include "scene/ground_editor.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
@@ -84,11 +82,18 @@ void WheelRuts::roll(const VehicleState& vehicle, double wheel_radius, const Gro
         if (travelled > kLongestStep || !is_on_heightfield || state.is_rutted(next, ground))
             continue;
         // digging fails only at the world's border, where there is nothing to dig
-        if (state.editor->dig(state.groove(from), state.groove(next), kRadius)) ++state.digs;
+        if (state.editor->add({.from_world = state.groove(from),
+                               .to_world = state.groove(next),
+                               .radius = kRadius}))
+            ++state.digs;
     }
 }
 
 Aabb WheelRuts::update(Pager& pager) { return state_->editor->update(pager); }
+
+std::span<const GroundEdit> WheelRuts::edits_in_force() const {
+    return state_->editor->edits_in_force();
+}
 
 std::uint64_t WheelRuts::digs() const { return state_->digs; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "scene/ground_editor.h"
 #include "scene/terrain_options.h"
 
 #include <terrane/base/math.h>
@@ -10,6 +11,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
 namespace terrane::tools {
 
@@ -38,6 +40,8 @@ public:
     /// Returns: bounds of the change, metres; empty (low > high) if nothing changed
     Aabb update(Pager& pager);
 
+    /// As GroundEditor::edits_in_force()
+    std::span<const GroundEdit> edits_in_force() const;
     /// Number of tubes dug; each covers about 0.5 m of the path of one wheel.
     std::uint64_t digs() const;
 

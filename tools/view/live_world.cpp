@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "view/live_world.h"
 
-#include "scene/body_forms.h"
+#include "record/run_bodies.h"
 
 #include <terrane/collision/ground_queries.h>
 
@@ -9,19 +9,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
+#include <variant>
 
 namespace terrane::tools {
 namespace {
 
-constexpr double kCrateHalfSide = 0.4;  // metres
-constexpr double kCrateMass = 25.0;     // kilograms
-constexpr double kJumpSpeed = 4.5;      // m/s
-// of the spring that pulls a grabbed body, per kilogram
-constexpr double kPull = 80.0;             // N/m
-constexpr double kPullDamping = 14.0;      // N s/m
-constexpr double kMostPull = 400.0;        // N
+constexpr double kCrateHalfSide = 0.4;     // metres
+constexpr double kCrateMass = 25.0;        // kilograms
+constexpr double kJumpSpeed = 4.5;         // m/s
 constexpr double kWalkerClearance = 0.02;  // metres above the ground at the start
 constexpr double kTruckHalfLength = 2.3;   // metres; the camera's defaults fit it
 
@@ -50,7 +46,8 @@ Result<LiveWorld> LiveWorld::create(const Terrain& terrain, bool has_bodies) {
     TERRANE_TRY(ObjectBodies objects, ObjectBodies::create(terrain.source, terrain.objects.get()));
     LiveWorld made(terrain, std::move(world), std::move(objects));
     if (has_bodies) {
-        TERRANE_TRY(made.scene_ids_, add_bodies(terrain.bodies, made.world_));
+        TERRANE_TRY(add_bodies(terrain.bodies, made.world_));
+        made.scene_count_ = terrain.bodies.size();
     }
     TERRANE_TRY(add_bodies(made.objects_.placed(), made.world_));
     return made;
@@ -126,7 +123,7 @@ void LiveWorld::enter(const Ground& ground) {
         if (!added) return;
         body_ = *added;
         input_.heading = along;
-        walked_ = 0.0;
+        gait_ = {.heading = along};
         camera_.emplace(*terrain_->source, pose(),
                         ChaseCameraSettings{.behind = 6.0, .above = 1.8, .target_above = 0.5});
     }
@@ -181,10 +178,11 @@ LiveState LiveWorld::save() const {
             .kind = kind_,
             .entry = entry_,
             .body = body_,
-            .walked = walked_,
+            .gait = gait_,
             .camera = camera_,
             .thrown = thrown_,
-            .ground_changes = ground_changes_};
+            .last = figures_of(last_),
+            .world_hash = world_.state_hash()};
 }
 
 Result<void> LiveWorld::restore(const LiveState& state) {
@@ -196,14 +194,9 @@ Result<void> LiveWorld::restore(const LiveState& state) {
     kind_ = state.kind;
     entry_ = state.entry;
     body_ = state.body;
-    walked_ = state.walked;
+    gait_ = state.gait;
     camera_ = state.camera;
     thrown_ = state.thrown;
-    constexpr double kEverywhere = std::numeric_limits<double>::infinity();
-    if (state.ground_changes != ground_changes_) {
-        place_anew(
-            {Eigen::Vector3d::Constant(-kEverywhere), Eigen::Vector3d::Constant(kEverywhere)});
-    }
     return {};
 }
 
@@ -245,41 +238,31 @@ WorldPos LiveWorld::grip_world() const {
     return world_.state(input_.grabbed).pose * input_.grip_body;
 }
 
-void LiveWorld::pull() {
-    if (!world_.contains(input_.grabbed)) {
-        let_go();
-        return;
-    }
-    const BodyState& state = world_.state(input_.grabbed);
-    const double mass = world_.settings(input_.grabbed).mass;
-    const WorldPos grip = grip_world();
-    const Eigen::Vector3d arm = grip - state.pose.translation;
-    const Eigen::Vector3d& w = state.angular_velocity;
-    const Eigen::Vector3d turning(w.y() * arm.z() - w.z() * arm.y(),
-                                  w.z() * arm.x() - w.x() * arm.z(),
-                                  w.x() * arm.y() - w.y() * arm.x());
-    Eigen::Vector3d force =
-        mass * (kPull * (input_.hand_world - grip) - kPullDamping * (state.velocity + turning));
-    const double most = mass * kMostPull;
-    if (force.norm() > most) force *= most / force.norm();
-    // the id and the force are valid: the call cannot fail
-    (void)world_.add_force(input_.grabbed, grip, force);
+std::vector<RunAction> actions_of(const LiveInput& input, Being being, BodyId body) {
+    std::vector<RunAction> actions;
+    if (body.is_valid() && being == Being::driver)
+        actions.emplace_back(DriveVehicle{body, input.vehicle});
+    if (body.is_valid() && being == Being::walker)
+        actions.emplace_back(WalkCharacter{body, input.walker, input.heading});
+    if (input.grabbed.is_valid())
+        actions.emplace_back(PullBody{input.grabbed, input.grip_body, input.hand_world});
+    return actions;
 }
 
 Result<void> LiveWorld::step(const Ground& ground) {
     if (entry_) enter(ground);
     TERRANE_TRY(objects_.follow(world_, ground));
+    const std::vector<RunAction> actions = actions_of(input_, being_, body_);
     // valid ids and controls within their ranges cannot fail
-    if (world_.vehicle(body_) != nullptr) (void)world_.set_controls(body_, input_.vehicle);
-    if (world_.character(body_) != nullptr) (void)world_.set_controls(body_, input_.walker);
-    if (input_.grabbed.is_valid()) pull();
+    for (const RunAction& action : actions) (void)apply(action, world_);
     last_ = world_.step(ground, kStep);
     ++totals_.steps;
     totals_.fell_through += last_.too_deep;
     totals_.placed_deep += last_.placed_deep;
     totals_.max_depth_m = std::max(totals_.max_depth_m, last_.max_depth_m);
-    if (const CharacterState* walker = world_.character(body_); walker != nullptr) {
-        if (walker->stands) walked_ += kStep * walker->body.velocity.head<2>().norm();
+    for (const RunAction& action : actions) {
+        if (const auto* walk = std::get_if<WalkCharacter>(&action))
+            advance_gait(*walk, *world_.character(body_), kStep, gait_);
     }
     if (camera_) {
         camera_->set_bearing(input_.bearing);
@@ -310,7 +293,6 @@ void LiveWorld::place_anew(const Aabb& box_world) {
 
 void LiveWorld::change_ground(const Aabb& box_world) {
     if (!(box_world.low.x() <= box_world.high.x())) return;
-    ++ground_changes_;
     world_.wake(box_world);
     place_anew(box_world);
 }
@@ -329,23 +311,7 @@ View LiveWorld::view(const View& picture) const {
 }
 
 Result<void> LiveWorld::show(BodyNodes& nodes) {
-    const auto show_body = [&](const BodyId& id) {
-        BodyState state = world_.states()[id.index];
-        // bodies that wake and sleep would flicker
-        if (state.condition == BodyCondition::asleep) state.condition = BodyCondition::awake;
-        return nodes.show(id.index, world_.settings()[id.index].shape, state);
-    };
-    for (const BodyId id : scene_ids_) TERRANE_TRY(show_body(id));
-    for (const BodyId id : thrown_) TERRANE_TRY(show_body(id));
-    const VehicleState* vehicle = world_.vehicle(body_);
-    const CharacterState* walker = world_.character(body_);
-    if (vehicle == nullptr) nodes.remove_vehicle();
-    if (walker == nullptr) nodes.remove_character();
-    if (vehicle != nullptr) return nodes.show(*world_.vehicle_settings(body_), *vehicle);
-    if (walker != nullptr) {
-        return nodes.show(kWalker, pose(), walked_, walker->body.velocity.head<2>().norm());
-    }
-    return {};
+    return show_view(world_, {input_.heading, gait_.walked}, scene_count_, nodes);
 }
 
 }  // namespace terrane::tools

@@ -3,6 +3,7 @@
 
 #include "flight/cameras.h"
 #include "frames/body_nodes.h"
+#include "record/run_record.h"
 #include "scene/body_placement.h"
 #include "scene/terrain_options.h"
 #include "scene/vehicle_placement.h"
@@ -48,6 +49,9 @@ struct LiveSettings {
     bool operator==(const LiveSettings&) const = default;
 };
 
+/// What acts on the world in a step in which the user steers so. `being` and `body` are those of the LiveWorld.
+std::vector<RunAction> actions_of(const LiveInput& input, Being being, BodyId body);
+
 /// Everything that a LiveWorld carries from one step to the next.
 struct LiveState {
     std::vector<std::byte> world = {};  ///< World::save()
@@ -57,10 +61,11 @@ struct LiveState {
     VehicleKind kind = VehicleKind::truck;
     std::optional<LiveEntry> entry = {};
     BodyId body = {};
-    double walked = 0.0;  ///< metres on the walker's feet
+    CharacterGait gait = {};  ///< of the walker, in the last step
     std::optional<ChaseCamera> camera = {};
     std::vector<BodyId> thrown = {};
-    std::uint64_t ground_changes = 0;  ///< before this state
+    StepFigures last = {};
+    std::uint64_t world_hash = 0;  ///< World::state_hash()
 };
 
 /// Sums over the steps of a LiveWorld.
@@ -173,24 +178,22 @@ private:
     LiveWorld(const Terrain& terrain, World world, ObjectBodies objects);
     void enter(const Ground& ground);
     void place_anew(const Aabb& box_world);
-    void follow(const Ground& ground);
-    void pull();
     WorldPos floor_at(const WorldVec2& place_world) const;
 
     const Terrain* terrain_;
     World world_;
     LiveSettings settings_;
     ObjectBodies objects_;
-    std::vector<BodyId> scene_ids_, thrown_;
+    std::size_t scene_count_ = 0;  // of its bodies, which are the first ones
+    std::vector<BodyId> thrown_;
     std::vector<BodyNeed> needs_;  // scratch
     Being being_ = Being::camera;
     VehicleKind kind_ = VehicleKind::truck;
     std::optional<LiveEntry> entry_;
     BodyId body_{};
-    double walked_ = 0.0;  // metres on its feet
+    CharacterGait gait_;  // in the last step
     std::optional<ChaseCamera> camera_;
     LiveInput input_;
-    std::uint64_t ground_changes_ = 0;
     StepReport last_;
     LiveTotals totals_;
 };

@@ -89,7 +89,7 @@ Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
       renderer_(std::move(renderer)),
       maker_(std::move(maker)),
       live_(std::move(live)),
-      history_(kHistoryBytes),
+      history_(kHistoryBytes, settings_.recorder),
       picture_(make_view(options.size, options.fov_deg)),
       timeline_(std::numeric_limits<double>::infinity()) {}
 
@@ -197,7 +197,8 @@ CommandResult<void> Viewer::open_playback() {
 Result<void> Viewer::play() {
     if (!replay_) return {};
     const std::size_t frame = replay_->record().frame_at(timeline_.time());
-    return frame == replay_->frame() ? Result<void>{} : replay_->seek(frame);
+    if (frame != replay_->frame()) TERRANE_TRY(replay_->seek(frame));
+    return brush_ != nullptr ? brush_->set_edits(replay_->ground_edits()) : Result<void>{};
 }
 
 // The camera of the path or record at the time of the playback.
@@ -249,10 +250,15 @@ CommandResult<void> Viewer::begin() {
     return {};
 }
 
-View Viewer::view_now() const {
-    if (live_.being() != Being::camera && !live_.is_waiting()) return live_.view(picture_);
-    return view_at(picture_, follows_path_ ? played_pose() : camera_.pose());
+bool Viewer::follows_body() const { return live_.being() != Being::camera && !live_.is_waiting(); }
+
+CameraPose Viewer::pose_now() const {
+    if (!follows_body()) return follows_path_ ? played_pose() : camera_.pose();
+    const View view = live_.view(picture_);
+    return {view.eye_world, view.forward, view.up, live_.velocity()};
 }
+
+View Viewer::view_now() const { return view_at(picture_, pose_now()); }
 
 // Lifts the camera out of ground that was filled around it.
 void Viewer::lift_eye() {
@@ -360,9 +366,9 @@ Result<void> Viewer::follow_dials() {
         }
     }
     if (now.live != before.live) {
-        is_live_changed_ = true;
         if (const Result<void> changed = live_.set(now.live); !changed)
             say(changed.error().message);
+        history_.change(live_);
     }
     renderer_.set_wireframe(now.wireframe);
     if (now.colours == GroundColours::materials && !options_.has_materials()) {
@@ -381,10 +387,27 @@ Result<void> Viewer::follow_timeline() {
         LiveWorld::kStep * static_cast<double>(history_.step_now()) + unsimulated_;
     if (std::abs(timeline_.time() - before) < 0.5 * LiveWorld::kStep) return {};
     unsimulated_ = 0.0;
-    const auto step = static_cast<std::size_t>(timeline_.time() / LiveWorld::kStep + 0.5);
-    TERRANE_TRY(history_.seek(
-        step, live_, [this] { return load_ground(); }, std::exchange(is_live_changed_, false)));
-    return {};
+    return seek(static_cast<std::size_t>(timeline_.time() / LiveWorld::kStep + 0.5));
+}
+
+// Brings the simulation to a step of its past or future, and loads the ground there.
+Result<void> Viewer::seek(std::size_t step) {
+    return history_.seek(step, live_, [this](std::span<const GroundEdit> edits) -> Result<Ground> {
+        TERRANE_TRY(ground_with(edits));
+        return load_ground();
+    });
+}
+
+// The resident ground, changed at once to one with these edits.
+Result<Ground> Viewer::ground_with(std::span<const GroundEdit> edits) {
+    if (brush_ == nullptr) return maker_.pager().ground(terrain_.surface);
+    const bool is_same = std::ranges::equal(brush_->edits_in_force(), edits);
+    if (brush_->waiting() > 0 || !is_same) {
+        TERRANE_TRY(brush_->set_edits(edits));
+        TERRANE_TRY(brush_->finish(maker_.pager()));
+        return load_ground();
+    }
+    return maker_.pager().ground(terrain_.surface);
 }
 
 // The ground under all bodies, loaded at once.
@@ -411,12 +434,13 @@ Result<void> Viewer::simulate(double seconds) {
     unsimulated_ += seconds;
     const Clock::time_point start = Clock::now();
     for (; unsimulated_ >= LiveWorld::kStep; unsimulated_ -= LiveWorld::kStep) {
-        if (history_.is_in_past() && !is_steering_ && !is_live_changed_) {
-            TERRANE_TRY(history_.seek(history_.step_now() + 1, live_,
-                                      [this] { return maker_.pager().ground(terrain_.surface); }));
+        if (history_.is_in_past() && !is_steering_) {
+            TERRANE_TRY(history_.seek(
+                history_.step_now() + 1, live_,
+                [this](std::span<const GroundEdit> edits) { return ground_with(edits); }));
         } else {
-            TERRANE_TRY(history_.step(live_, maker_.pager().ground(terrain_.surface),
-                                      std::exchange(is_live_changed_, false)));
+            TERRANE_TRY(history_.step(live_, maker_.pager().ground(terrain_.surface)));
+            if (follows_body()) history_.show(pose_now());
         }
         if (std::chrono::duration<double>(Clock::now() - start).count() < kSimulationShare)
             continue;
@@ -458,13 +482,12 @@ CommandResult<void> Viewer::make_frame(double dt) {
     const View view = view_now();
     TERRANE_TRY(live_.show(*nodes_));
     if (replay_bodies_) TERRANE_TRY(replay_bodies_->show(*replay_));
-    const Eigen::Vector3d velocity =
-        follows_path_ ? played_pose().velocity : camera_.pose().velocity;
-    const CameraNeed camera{.view = view, .velocity = velocity};
+    history_.show(pose_now());
+    const CameraNeed camera{.view = view, .velocity = pose_now().velocity};
     MadeFrame frame = maker_.make(camera, needs(), clock_, has_playback() ? shown_time_ : clock_);
     if (changed && changed->low.x() <= changed->high.x()) {
         live_.change_ground(*changed);
-        is_live_changed_ = true;
+        history_.change_ground(live_, brush_->edits_in_force());
     }
     mesh_ = frame.mesh;
     renderer_.set_ground_marks(
@@ -582,8 +605,7 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
     std::fflush(log_);
 }
 
-CommandResult<ViewTotals> Viewer::run() {
-    watch_for_interrupts();
+CommandResult<void> Viewer::show_frames() {
     Clock::time_point last = Clock::now();
     while (!window_.is_closed() && !is_interrupted() && clock_ < settings_.seconds) {
         const Clock::time_point now = Clock::now();
@@ -594,7 +616,17 @@ CommandResult<ViewTotals> Viewer::run() {
         TERRANE_TRY(react(window_.take_input(), dt));
         TERRANE_TRY(make_frame(dt));
     }
+    return {};
+}
+
+CommandResult<ViewTotals> Viewer::run() {
+    watch_for_interrupts();
+    const CommandResult<void> shown = show_frames();
     end_film();
+    history_.finish(live_);
+    TERRANE_TRY(shown);
+    if (settings_.recorder != nullptr) TERRANE_TRY(seek(history_.step_count()));
+    totals_.state_hash = live_.world().state_hash();
     totals_.bodies = live_.totals();
     totals_.draw_ms_median = median(draw_times_);
     totals_.overlay_ms_median = median(overlay_times_);

@@ -65,13 +65,16 @@ struct ViewerSettings {
     std::string state_log = {};  ///< file of a JSON line for each frame; "": none
     /// The command line that makes a view from a place, in a window of a size.
     std::function<std::string(const CameraPlace& place, const ImageSize& size)> command_of;
-    std::string why_no_brush = {};  ///< without a brush, the message of a dig
+    std::string why_no_brush = {};  ///< if the user cannot dig, the message of a dig
+    /// Records what the user does; null: none. Not together with `record`. Must outlive the viewer.
+    RunRecorder* recorder = nullptr;
 };
 
 /// What a view counted.
 struct ViewTotals {
     std::size_t frames = 0;
     LiveTotals bodies;
+    std::uint64_t state_hash = 0;  ///< World::state_hash() at the end of the run
     std::size_t below_ground = 0;  ///< frames whose eye was below the ground
     double draw_ms_median = 0.0, overlay_ms_median = 0.0;
 };
@@ -83,15 +86,15 @@ public:
     /// TerrainRenderer::create(), make_object_field() and LiveWorld::create().
     ///
     /// @param terrain with the source of `brush`; must outlive the viewer
-    /// @param brush   null: no digging
+    /// @param brush   null: the ground does not change
     static CommandResult<std::unique_ptr<Viewer>> create(const FlightOptions& options,
                                                          const Terrain& terrain,
                                                          std::unique_ptr<GroundEditor> brush,
                                                          ViewerSettings settings);
     ~Viewer();
 
-    /// Shows frames until the user closes the window. Fails with device_unavailable if the display goes away; with io
-    /// for files that cannot be written.
+    /// Shows frames until the user closes the window, and passes the run to the recorder, also if it fails. Fails with
+    /// device_unavailable if the display goes away; with io for files that cannot be written.
     CommandResult<ViewTotals> run();
 
     const std::string& renderer_name() const { return context_.renderer_name(); }
@@ -125,9 +128,12 @@ private:
     bool has_playback() const { return settings_.path || replay_ || !poses_.empty(); }
     const World& shown_world() const { return replay_ ? replay_->world() : live_.world(); }
     std::span<const BodyNeed> needs();
+    CommandResult<void> show_frames();
     CommandResult<void> make_frame(double dt);
     Result<void> simulate(double seconds);
     Result<void> follow_timeline();
+    Result<void> seek(std::size_t step);
+    Result<Ground> ground_with(std::span<const GroundEdit> edits);
     Ground load_ground();
     Result<void> present(const MadeFrame& frame, const View& view);
     Result<void> follow_window_size();
@@ -136,6 +142,8 @@ private:
     void lift_eye();
     std::optional<double> altitude(const WorldPos& eye_world) const;
     std::optional<std::array<double, 2>> sun_at(double hour) const;
+    bool follows_body() const;
+    CameraPose pose_now() const;
     View view_now() const;
     CameraPlace place_now() const;
     void say(std::string note);
@@ -145,6 +153,7 @@ private:
     Result<void> react(const WindowInput& input, double dt);
     Result<void> react_to_key(const WindowInput::Press& key);
     void leave_path();
+    void leave_body();
     void go(const CameraPose& pose);
     void react_to_button(const WindowInput::Press& button);
     void steer(const WindowInput& input, double dt);
@@ -156,7 +165,9 @@ private:
     void hold_shadow();
     void drag_shadow();
     std::string lonlat_text(const WorldPos& p_world) const;
+    bool can_dig();
     void dig(bool fills);
+    void undo_dig();
     void take_picture();
     void toggle_film();
     void end_film();
@@ -173,8 +184,7 @@ private:
     FrameMaker maker_;
     LiveWorld live_;
     LiveHistory history_;
-    bool is_live_changed_ = false;  // by more than steering, since the last step
-    bool is_steering_ = false;      // whether the user steers a walker or vehicle, or pulls a body
+    bool is_steering_ = false;  // whether the user steers a walker or vehicle, or pulls a body
     std::optional<BodyNodes> nodes_;
     std::unique_ptr<Overlay> overlay_;
     mutable std::optional<ObjectPicker> picker_;  // absent without objects

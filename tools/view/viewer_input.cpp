@@ -70,10 +70,16 @@ void Viewer::leave_path() {
     follows_path_ = false;
 }
 
+// Removes walker or vehicle.
+void Viewer::leave_body() {
+    if (live_.being() == Being::camera) return;
+    live_.leave();
+    history_.change(live_);
+}
+
 // Puts the camera at a pose, off the path.
 void Viewer::go(const CameraPose& pose) {
-    is_live_changed_ = is_live_changed_ || live_.being() != Being::camera;
-    live_.leave();
+    leave_body();
     follows_path_ = false;
     camera_.jump_to(pose);
 }
@@ -269,14 +275,15 @@ void Viewer::change_being() {
     const WorldVec2 place = live_.being() == Being::camera || live_.is_waiting()
                                 ? WorldVec2(view.eye_world.head<2>())
                                 : WorldVec2(live_.pose().translation.head<2>());
-    is_live_changed_ = true;
     switch (live_.being()) {
         case Being::camera:
             live_.walk(place, view.eye_world.z(), view.forward.head<2>());
+            history_.change(live_);
             say("walker: W A S D, Shift runs, J jumps");
             break;
         case Being::walker:
             live_.drive(dials_.vehicle, place, view.eye_world.z(), view.forward.head<2>());
+            history_.change(live_);
             say("vehicle: W A S D, B brakes, U puts it on its wheels");
             break;
         case Being::driver: {
@@ -291,11 +298,13 @@ void Viewer::change_being() {
     if (!timeline_.is_playing()) timeline_.play();
 }
 
+bool Viewer::can_dig() {
+    if (!settings_.why_no_brush.empty()) say(settings_.why_no_brush);
+    return settings_.why_no_brush.empty();
+}
+
 void Viewer::dig(bool fills) {
-    if (brush_ == nullptr) {
-        say(settings_.why_no_brush);
-        return;
-    }
+    if (!can_dig()) return;
     const std::optional<Pick> at = pick(input_.x, input_.y);
     if (!at || at->body.is_valid()) {
         say("no ground at the cursor");
@@ -309,9 +318,16 @@ void Viewer::dig(bool fills) {
             brush_->least_radius()));
         return;
     }
-    const Result<void> done =
-        fills ? brush_->fill(at->point_world, radius) : brush_->dig(at->point_world, radius);
+    const Result<void> done = brush_->add({fills, at->point_world, at->point_world, radius});
+    if (done) history_.change(live_);  // before the ground does: it is not that of the future
     say(done ? fmt::format("{} {:.3g} m", fills ? "filled" : "dug", radius) : done.error().message);
+}
+
+void Viewer::undo_dig() {
+    if (!can_dig()) return;
+    const Result<void> undone = brush_->undo();
+    if (undone) history_.change(live_);
+    say(undone ? "undone" : "nothing to undo");
 }
 
 // A name in the folder that no file has.
@@ -393,9 +409,9 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
         case GLFW_KEY_F: {
             const View view = view_now();
             const Eigen::Vector3d along = direction_through(view, input_.x, input_.y);
-            is_live_changed_ = true;
             TERRANE_TRY(live_.throw_crate(view.eye_world + 2.0 * along,
                                           kThrowSpeed * along + live_.velocity()));
+            history_.change(live_);
             break;
         }
         case GLFW_KEY_X:
@@ -403,10 +419,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             dig(key.number == GLFW_KEY_C);
             break;
         case GLFW_KEY_Z:
-            if (brush_ != nullptr) {
-                const Result<void> undone = brush_->undo();
-                say(undone ? "undone" : "nothing to undo");
-            }
+            undo_dig();
             break;
         case GLFW_KEY_SPACE:
             timeline_.toggle();
@@ -430,7 +443,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             if (!has_playback()) {
                 say("there is no path: --path or --replay plays one");
             } else {
-                live_.leave();
+                leave_body();
                 follows_path_ = true;
             }
             break;
@@ -454,7 +467,7 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
         }
         case GLFW_KEY_U:
             live_.right(maker_.pager().ground(terrain_.surface));
-            is_live_changed_ = true;
+            history_.change(live_);
             break;
         case GLFW_KEY_Y:
             hold_shadow();

@@ -57,6 +57,17 @@ class Record(Folder):
                                   "--on-roll", "right")
         self.assertGreaterEqual(drive["rights"], 1)
 
+    def test_ruts_are_dug_again_in_the_same_steps(self):
+        for threads in (0, 2):
+            drive = self.check_replay("drive", "--seed", 7, "--ruts", "--seconds", 12, *SMALL, "--crates", 20,
+                                      "--threads", threads)
+            self.assertGreater(drive["digs"], 20)
+        whole = self.frames("again")
+        run_json("fly", "--replay", self.record, *PICTURE, "--start-s", 8.5, "--out", self.path("part"))
+        self.assertEqual(self.frames("part"), whole[85:])
+        self.assert_refused(run("fly", "--replay", self.record, *PICTURE, "--latency-ms", 1), [1], "--latency-ms",
+                            "a.run")
+
     def test_bodies_and_objects_of_a_scene_are_there_again(self):
         scene = self.scene(
             dem=os.path.basename(self.flat()), detail_m=1,
@@ -100,8 +111,9 @@ class Record(Folder):
         data = self.read("a.run")
         damaged = bytearray(data)
         damaged[len(data) // 3] ^= 8
-        newer = bytearray(data)
+        newer, older = bytearray(data), bytearray(data)
         newer[12] += 1
+        older[12] -= 1
         replay = ["fly", "--replay"]
         self.assert_all_refused([
             ([*replay, self.path("none.run")], "none.run", "No such file"),
@@ -109,6 +121,7 @@ class Record(Folder):
             ([*replay, self.write("cut.run", data[:len(data) // 2])], "cut.run", "cut off"),
             ([*replay, self.write("damaged.run", bytes(damaged))], "damaged.run", "damaged"),
             ([*replay, self.write("newer.run", bytes(newer))], "newer.run"),
+            ([*replay, self.write("older.run", bytes(older))], "older.run"),
             ([*replay, self.write("foreign.run", "x_m,y_m\n" * 20)], "foreign.run", "is no "),
             ([*replay, self.record, "--seed", 3], "a.run", "another terrain", "flat.asc", "seed 3"),
             ([*replay, self.record, "--start-s", 5], "--start-s 5", "a.run", "1.9 s"),
@@ -122,7 +135,7 @@ class Record(Folder):
             *(([*replay, *flag], flag[0], "--replay") for flag in (
                 ["--path", "orbit"], ["--speed", 5], ["--altitude", 50], ["--fps", 30], ["--record", "b.run"],
                 ["--detail-m", 2], ["--world-m", 4096], ["--start-m", "5,5"], ["--policy", "oracle"])),
-            (["drive", "--seed", 1, "--ruts", "--record", "b.run"], "--record", "--ruts"),
+            (["view", "--replay", self.record, "--record", "b.run"], "--record", "--replay"),
             (["fly", "--seed", 1, "--start-s", 1], "--start-s", "--replay"),
             (["drop", "--seed", 1, "--fps", 10], "--fps", "--out", "--record"),
         ], [2])
