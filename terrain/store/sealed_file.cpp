@@ -67,15 +67,14 @@ struct FreeContext {
 
 }  // namespace
 
-std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content) {
-    constexpr int kLevel = 3;
+std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content, int level) {
     // a third of the time of a small record would go into a new context
     thread_local const std::unique_ptr<ZSTD_CCtx, FreeContext> context(ZSTD_createCCtx());
     if (!context) throw std::bad_alloc();
     std::vector<std::uint8_t> record(ZSTD_compressBound(content.size()));
     // The record has space for the worst case, so compression fails only if it runs out of memory.
     const std::size_t size = ZSTD_compressCCtx(context.get(), record.data(), record.size(),
-                                               content.data(), content.size(), kLevel);
+                                               content.data(), content.size(), level);
     if (ZSTD_isError(size) != 0) throw std::bad_alloc();
     record.resize(size);
     return record;

@@ -123,7 +123,9 @@ private:
 };
 
 /// Compresses bytes; deterministic for one version of zstd. Each thread keeps its working memory for the next call.
-std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content);
+///
+/// @param level of zstd: -1 takes less time than 3 and makes larger records
+std::vector<std::uint8_t> compress(std::span<const std::uint8_t> content, int level = 3);
 /// Decompresses a record into content_out, and returns the number of bytes.
 /// Fails: bad_data if content_out is too small, or the record is damaged
 Result<std::size_t> decompress(std::span<const std::uint8_t> record,
