@@ -105,6 +105,8 @@ public:
             step, live_, [this](std::span<const GroundEdit> edits) { return ground_with(edits); });
     }
 
+    std::size_t edit_count() const { return editor_->edits_in_force().size(); }
+
     std::map<std::size_t, std::uint64_t> hashes_;  // of the state before each step
     std::map<std::size_t, CameraPose> cameras_;
     std::map<std::size_t, std::size_t> edits_;  // in force
@@ -306,6 +308,7 @@ TEST_F(RecordOfAView, ThePastHasTheGroundThatItHad) {
     play(view, random, 500);
     ASSERT_FALSE(HasFailure());
     const auto hashes = view.hashes_;
+    const auto edits = view.edits_;
     ASSERT_EQ(view.history().first_step(), 0u);
     for (int i = 0; i < 20; ++i) {
         const auto step =
@@ -314,6 +317,7 @@ TEST_F(RecordOfAView, ThePastHasTheGroundThatItHad) {
         ASSERT_TRUE(found) << found.error().message;
         ASSERT_EQ(view.history().step_now(), step);
         ASSERT_EQ(view.live().world().state_hash(), hashes.at(step)) << step;
+        ASSERT_EQ(view.edit_count(), edits.at(step)) << step;
     }
 }
 

@@ -87,18 +87,11 @@ Result<void> LiveHistory::seek(std::size_t step, LiveWorld& world, const GroundO
         TERRANE_TRY(world.restore(from->second.state));
         now_ = from->first;
     }
-    TERRANE_TRY(Ground ground, ground_of(ground_.at(now_)));
-    std::uint64_t next_change = ground_.next_change(now_);
-    while (now_ < step) {
+    // neither the ground nor the world changes by more than steps before the next stored state
+    TERRANE_TRY(const Ground ground, ground_of(ground_.at(now_)));
+    for (; now_ < step; ++now_) {
         world.set_input(steps_[now_ - first_].input);
         TERRANE_TRY(world.step(ground));
-        ++now_;
-        // in the run the step may have found other ground
-        const auto stored = states_.find(now_);
-        if (stored != states_.end()) TERRANE_TRY(world.restore(stored->second.state));
-        if (now_ < next_change) continue;
-        TERRANE_TRY(ground, ground_of(ground_.at(now_)));
-        next_change = ground_.next_change(now_);
     }
     return {};
 }

@@ -47,7 +47,7 @@ public:
     using GroundOf = std::function<Result<Ground>(std::span<const GroundEdit> edits)>;
     /// Brings the world to the state after a number of steps, first_step() to step_count().
     ///
-    /// @param ground_of called after the world has returned to a stored state, and where the ground changes
+    /// @param ground_of called once, after the world has returned to a stored state
     ///
     /// Fails: as LiveWorld::restore(), LiveWorld::step() and ground_of()
     /// Cost:  the steps since the stored state before, of at most kInterval steps
