@@ -382,6 +382,13 @@ def budgets(studio):
                  flags=["--budget", str(budget)]) for budget in (10000, 30000, 300000)]
 
 
+def gpu(studio):
+    """One view of a forest, with triangles from the CPU and from the device."""
+    forest = json.loads((DATA / "forest.json").read_text())
+    return [Cell(f"--triangulator {name}", forest, at=HILL, height=4, distance=60, azimuth=10, pitch=-8, shadows=400,
+                 flags=["--triangulator", name]) for name in ("cpu", "gpu")]
+
+
 def loop(studio):
     """The truck and the ten balls of examples/simulator_loop.cpp; a path driver stands for its throttle."""
     scene = {"seed": 7}
@@ -532,7 +539,7 @@ def draw_edges(file, eye, look):
 def sheets():
     return {"keys": (keys, 4), "volumes": (volumes, 4), "objects": (objects, 4), "nodes": (nodes, 4), "bodies": (bodies, 4),
             "materials": (materials, 4), "heights": (heights, 3), "simplify": (simplify, 4), "proxies": (proxies, 3), "paths": (paths, 4),
-            "meshes": (meshes, 3), "budgets": (budgets, 3), "loop": (loop, 3), "arrays": (arrays, 3), "lidar": (lidar, 3)}
+            "meshes": (meshes, 3), "budgets": (budgets, 3), "gpu": (gpu, 2), "loop": (loop, 3), "arrays": (arrays, 3), "lidar": (lidar, 3)}
 
 
 def font(size=11):

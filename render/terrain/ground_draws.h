@@ -105,8 +105,8 @@ enum class GroundCasters : std::uint8_t {
 /// function of x and y where no volume opens it. Cost: reads the triangles of the eye's chunk
 bool is_above_ground(const TerrainMesh& mesh, const WorldPos& eye_world);
 
-/// Uploads and draws a mesh, with one multi-draw command for all chunks of a page. A mesh on the device is drawn whole by
-/// one command, with programs that define FROM_DEVICE.
+/// Uploads and draws a mesh, with one multi-draw command for all chunks of a page. A mesh on the device is drawn whole
+/// by one command, with programs that define FROM_DEVICE.
 ///
 /// Heights stay in a ChunkPool; indices, offsets and chunk attributes are streamed. Chunks are drawn from the finest
 /// level to the coarsest, about from near to far.

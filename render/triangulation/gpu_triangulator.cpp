@@ -3,8 +3,8 @@
 // Sources:
 //   M. Harris, S. Sengupta, J. D. Owens. Parallel Prefix Sum (Scan) with CUDA. GPU Gems 3, 2007.
 //   D. Merrill, A. Grimshaw. High Performance and Scalable Radix Sorting. Parallel Processing Letters 21(2), 2011.
-// Deviations: only the k-th key is needed, so the keys are not sorted: each of three digits is counted, and the digit in
-//             which the budget ends is chosen.
+// Deviations: only the k-th key is needed, so the keys are not sorted: each of three digits is counted, and the digit
+//             in which the budget ends is chosen.
 //
 // The shaders lod_*.comp repeat terrain/lod for one area, square or vertex in an invocation.
 #include "base/vector_math.h"
@@ -153,7 +153,7 @@ struct GpuTriangulator::State {
     std::vector<std::pair<float, std::uint32_t>> demands;
     std::size_t area_capacity = 0;
     float last_threshold = 0.0f, threshold = 0.0f;
-    std::size_t uploaded = 0;
+    std::size_t uploaded = 0, area_count = 0;
     internal::EyeFrame eye_frame;
     DeviceMesh device;
     double clearance = 0.0;  // from the eye to the true surface at least, metres
@@ -499,6 +499,7 @@ void GpuTriangulator::State::report(const ScreenError& screen,
                                     std::span<const TriangleDemand> others) {
     const std::vector<std::uint32_t> words = state.read<std::uint32_t>(0, kResiduals + 5);
     mesh.triangle_count = words[kTriangles];
+    area_count = words[kAreaTotal];
     const auto residual = [&](std::size_t i) {
         return static_cast<double>(std::bit_cast<float>(words[kResiduals + i]));
     };
@@ -705,6 +706,8 @@ std::size_t GpuTriangulator::device_bytes() const {
     return s.frame.bytes + s.chunks.bytes + s.vertices.bytes + s.heights.bytes + s.state.bytes +
            s.work.bytes + s.keys.bytes + s.offsets.bytes + s.indices.bytes;
 }
+
+std::size_t GpuTriangulator::area_count() const { return state_->area_count; }
 
 std::size_t GpuTriangulator::uploaded_bytes() const { return state_->uploaded; }
 

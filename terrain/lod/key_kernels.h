@@ -88,8 +88,8 @@ inline Number vertex_key(Number flat_squared, Number low, Number high, Number in
            inverse_square_bound;
 }
 
-/// Approximation of 1 / value, value > 0, to 2^-22: Newton's iteration from a guess by exponent. It consists of products
-/// and differences, which every device rounds alike; GLSL leaves the rounding of a division open.
+/// Approximation of 1 / value, value > 0, to 2^-22: Newton's iteration from a guess by exponent. It consists of
+/// products and differences, which every device rounds alike; GLSL leaves the rounding of a division open.
 template <typename Number>
 inline Number reciprocal(Number value) {
     using Bits = std::conditional_t<std::is_same_v<Number, float>, std::int32_t,

@@ -25,8 +25,9 @@ SEES = {
     "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "store", "terrain", "base"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
-# Rooms of another component that a component may include, beside base: a store writes what chunks hold.
-LENT = {"store": {"terrain/chunk"}}
+# Rooms of another component that a component may include, beside base: a store writes what chunks hold, and a device
+# triangulates them as terrain does.
+LENT = {"store": {"terrain/chunk"}, "render": {"terrain/chunk", "terrain/lod"}}
 
 
 def read_tables(page):

@@ -573,7 +573,7 @@ def play_at_random(terrane, folder, minutes, seed):
     """Random keys, clicks and drags; returns figures."""
     print("seed", seed, flush=True)
     chance = random.Random(seed)
-    view = View(terrane, folder)
+    view = View(terrane, folder, "--memory-mb", "32")  # caches are full soon
     keys = ["w", "a", "s", "d", "e", "q", "Tab", "f", "x", "c", "z", "space", "F1", "F2", "m", "j", "b", "u", "o", "h", "n", "y",
             "1", "ctrl+1", "comma", "period", "bracketleft", "bracketright", "l", "p", "g", "t", "k", "Shift_L"]
     held, sizes = set(), []

@@ -24,6 +24,8 @@
 namespace terrane::tools {
 namespace {
 
+constexpr std::size_t kShareOfDigs = 4;  // the cache of digs has this part of the chunks' ceiling
+
 struct ViewOptions : FlightOptions {
     std::optional<WorldPos> eye_m = {};
     std::optional<WorldVec2> aim_deg = {};
@@ -108,15 +110,17 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
     if (settings.record) TERRANE_TRY(settings.record->check_terrain(terrain));
     TERRANE_TRY(check_limits(options, terrain));
     std::unique_ptr<GroundEditor> brush;
+    const std::size_t dig_bytes = options.memory_bytes() / kShareOfDigs;
     if (settings.record) {
         settings.why_no_brush = "the ground of a record cannot be dug";
         if (!settings.record->ground().is_empty()) {
-            TERRANE_TRY(brush, GroundEditor::create(terrain, 1));
+            TERRANE_TRY(brush, GroundEditor::create(terrain, 1, dig_bytes));
         }
     } else if (options.no_dig) {
         settings.why_no_brush = "--no-dig was given";
     } else {
-        CommandResult<std::unique_ptr<GroundEditor>> made = GroundEditor::create(terrain, 1);
+        CommandResult<std::unique_ptr<GroundEditor>> made =
+            GroundEditor::create(terrain, 1, dig_bytes);
         // a view without digging is still a view
         if (made) {
             brush = *std::move(made);

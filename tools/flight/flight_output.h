@@ -37,8 +37,8 @@ public:
     static Result<FlightOutput> create(const FlightOptions& options, const Terrain& terrain,
                                        std::vector<std::string> extra_columns = {});
 
-    /// Adds the objects and nodes of a terrain's scene, if any, to the frames of a maker, which from then on triangulates
-    /// as --triangulator says. The maker must make no frame after the output's end.
+    /// Adds the objects and nodes of a terrain's scene, if any, to the frames of a maker, which from then on
+    /// triangulates as --triangulator says. The maker must make no frame after the output's end.
     ///
     /// Fails: as ObjectField::create() and ObjectField::add_nodes()
     Result<void> add_objects(const Terrain& terrain, FrameMaker& maker);

@@ -125,7 +125,6 @@ TerrainMesh FrameMaker::update_mesh(const std::shared_ptr<const ResidentSet>& re
     if (device_ != nullptr) {
         Result<TerrainMesh> made = device_->update(resident, view, demands);
         if (made) return *made;
-        ++device_failures_;
     }
     return triangulator_.update(resident, view, demands);
 }
@@ -139,8 +138,11 @@ TerrainMesh FrameMaker::triangulate(const View& view) {
     const std::shared_ptr<const ResidentSet> resident = pager_.resident();
     const HorizonMap* const horizon_map =
         objects_ && objects_->can_be_hidden() ? horizon_.begin(resident, view) : nullptr;
-    const TerrainMesh mesh = update_mesh(resident, view, begin_frame(view, horizon_map));
-    if (horizon_.holds_for(mesh)) return mesh;
+    mesh_ = update_mesh(resident, view, begin_frame(view, horizon_map));
+    if (!horizon_.has_map()) return mesh_;
+    // the map needs the triangles below the eye
+    const Result<TerrainMesh> in_memory = host_mesh();
+    if (in_memory && horizon_.holds_for(*in_memory)) return mesh_;
     return update_mesh(resident, view, with_kept_free(objects_->begin_again(view)));
 }
 

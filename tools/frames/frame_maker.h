@@ -31,6 +31,9 @@ public:
     /// Begins a frame. Returns its map, or null if a map is not expected to pay.
     const HorizonMap* begin(const std::shared_ptr<const ResidentSet>& resident, const View& view);
 
+    /// Whether the frame has a map.
+    bool has_map() const { return has_map_; }
+
     /// Whether the map pays, according to the counts of culling with it; true without a map. If false, cull again
     /// without the map.
     bool pays(const ObjectCounts& culled);
@@ -97,12 +100,10 @@ public:
     Result<void> set_triangulator(const TriangulatorSettings& settings);
 
     /// Makes the meshes of the following frames on a device. A frame for which that fails, as with volumes, is made by
-    /// the CPU, and counted.
+    /// the CPU: see FrameRecord::is_from_device.
     ///
     /// @param device with the settings of the maker; must outlive the frames; null: the CPU
     void set_device(GpuTriangulator* device) { device_ = device; }
-    /// Frames that the CPU made because the device could not.
-    std::size_t device_failures() const { return device_failures_; }
     /// The mesh of the last frame with its triangles in memory: waits for the device if they are there. Fails as
     /// GpuTriangulator::read()
     Result<TerrainMesh> host_mesh();
@@ -143,7 +144,6 @@ private:
     Pager pager_;
     Triangulator triangulator_;
     GpuTriangulator* device_ = nullptr;  // makes the meshes; null: triangulator_
-    std::size_t device_failures_ = 0;
     TerrainMesh mesh_;  // of the last frame
     std::optional<Verifier> verifier_;
     std::unique_ptr<ObjectField> objects_;  // null: none

@@ -54,11 +54,12 @@ struct GroundEditor::State {
 GroundEditor::GroundEditor(std::unique_ptr<State> state) : state_(std::move(state)) {}
 GroundEditor::~GroundEditor() = default;
 
-CommandResult<std::unique_ptr<GroundEditor>> GroundEditor::create(Terrain& terrain,
-                                                                  int worker_count) {
+CommandResult<std::unique_ptr<GroundEditor>> GroundEditor::create(
+    Terrain& terrain, int worker_count, std::optional<std::size_t> cache_bytes) {
     TERRANE_TRY(const auto diggable, make_diggable(heightfield_of(terrain), terrain.volumes.get()));
-    TERRANE_TRY(VolumeEditor editor,
-                VolumeEditor::create(diggable, {.worker_count = worker_count}));
+    VolumeEditorSettings settings{.worker_count = worker_count};
+    settings.memory_bytes = cache_bytes.value_or(settings.memory_bytes);
+    TERRANE_TRY(VolumeEditor editor, VolumeEditor::create(diggable, settings));
     terrain.heightfield = heightfield_of(terrain);
     terrain.source = diggable;
     const Lattice& lattice = diggable->lattice();

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace terrane::tools {
@@ -26,10 +27,12 @@ public:
     /// Makes the terrain's source diggable: call before a pager is created.
     ///
     /// @param worker_count of the VolumeEditor: 0 or 1
+    /// @param cache_bytes  VolumeEditorSettings::memory_bytes; absent: its default
     ///
     /// Fails: as make_diggable() and VolumeEditor::create(); exit_failed if the program was built without
     ///        terrane::volume
-    static CommandResult<std::unique_ptr<GroundEditor>> create(Terrain& terrain, int worker_count);
+    static CommandResult<std::unique_ptr<GroundEditor>> create(
+        Terrain& terrain, int worker_count, std::optional<std::size_t> cache_bytes = {});
     ~GroundEditor();
 
     /// Least radius of a ball that the ground's finest spacing can show, metres.

@@ -10,7 +10,8 @@ struct GroundEditor::State {};
 
 GroundEditor::~GroundEditor() = default;
 
-CommandResult<std::unique_ptr<GroundEditor>> GroundEditor::create(Terrain&, int) {
+CommandResult<std::unique_ptr<GroundEditor>> GroundEditor::create(Terrain&, int,
+                                                                  std::optional<std::size_t>) {
     return failure(
         "digs need a program that was built with TERRANE_VOLUME, which this one was not");
 }

@@ -30,7 +30,8 @@ constexpr double kStartElevation = -8.0;    // degrees
 constexpr double kContentDistance = 120.0;  // metres from what a scene has
 constexpr double kEyeRadius = 0.5;  // metres, of the ball that keeps the eye out of the ground
 
-constexpr std::size_t kHistoryBytes = std::size_t{128} << 20;  // of the simulation's past
+constexpr std::size_t kShareOfPast =
+    4;  // the simulation's past has this part of the chunks' ceiling
 
 double median(std::vector<double> values) {
     if (values.empty()) return 0.0;
@@ -89,7 +90,7 @@ Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
       renderer_(std::move(renderer)),
       maker_(std::move(maker)),
       live_(std::move(live)),
-      history_(kHistoryBytes, settings_.recorder),
+      history_(options.memory_bytes() / kShareOfPast, settings_.recorder),
       picture_(make_view(options.size, options.fov_deg)),
       timeline_(std::numeric_limits<double>::infinity()) {}
 
@@ -404,7 +405,9 @@ Result<Ground> Viewer::ground_with(std::span<const GroundEdit> edits) {
     const bool is_same = std::ranges::equal(brush_->edits_in_force(), edits);
     if (brush_->waiting() > 0 || !is_same) {
         TERRANE_TRY(brush_->set_edits(edits));
-        TERRANE_TRY(brush_->finish(maker_.pager()));
+        // goes on with the ground that there is: the changes come into force when they fit
+        if (const auto finished = brush_->finish(maker_.pager()); !finished)
+            say(finished.error().message);
         return load_ground();
     }
     return maker_.pager().ground(terrain_.surface);

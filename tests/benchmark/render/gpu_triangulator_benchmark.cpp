@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A frame's triangles from the device beside those from the CPU: a flight over a fractal, morphing, everything resident.
-// Times of the device include waiting for it.
+// A frame's triangles from the device beside those from the CPU: a flight over a fractal, morphing, everything
+// resident. Times of the device include waiting for it.
 #include <terrane/render/gpu_triangulator.h>
 #include <terrane/terrain/fractal_heights.h>
 #include <terrane/terrain/pager.h>
@@ -63,6 +63,7 @@ void gpu_update(benchmark::State& state) {
         glFinish();
         uploaded = gpu.uploaded_bytes();
     }
+    state.counters["areas"] = static_cast<double>(gpu.area_count());
     state.counters["uploaded_bytes"] = static_cast<double>(uploaded);
     state.counters["device_bytes"] = static_cast<double>(gpu.device_bytes());
     state.counters["triangles"] = static_cast<double>(gpu.read().value().triangle_count);

@@ -34,13 +34,14 @@ public:
     ///
     /// @param others as for Triangulator::update()
     ///
-    /// Fails:   invalid_argument for an invalid view or resident chunks with volumes; device_unavailable if the memory
-    ///          of the device does not suffice. The mesh is then empty
+    /// Fails:   invalid_argument for an invalid view, and for resident chunks with volumes; device_unavailable if the
+    ///          device's memory does not suffice
     /// Threads: that of the context
     Result<TerrainMesh> update(std::shared_ptr<const ResidentSet> resident, const View& view,
                                std::span<const TriangleDemand> others = {});
 
-    /// The mesh of the last update(), copied from the device: that of Triangulator::update(). Valid until the next call.
+    /// The mesh of the last update(), copied from the device: that of Triangulator::update(). Valid until the next
+    /// call.
     ///
     /// Cost: waits for the device, and copies indices and offsets
     Result<TerrainMesh> read();
@@ -48,6 +49,8 @@ public:
     /// Changes all settings from the next update() on. Fails as Triangulator::create(); nothing is changed then.
     Result<void> change(const TriangulatorSettings& settings);
 
+    /// Areas of 16 x 16 cells whose vertices the last update() visited: its work is proportional to them.
+    std::size_t area_count() const;
     /// Memory on the device, bytes.
     std::size_t device_bytes() const;
     /// Bytes that the last update() uploaded besides chunks.
