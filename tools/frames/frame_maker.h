@@ -144,7 +144,7 @@ private:
     Pager pager_;
     Triangulator triangulator_;
     GpuTriangulator* device_ = nullptr;  // makes the meshes; null: triangulator_
-    TerrainMesh mesh_;  // of the last frame
+    TerrainMesh mesh_;                   // of the last frame
     std::optional<Verifier> verifier_;
     std::unique_ptr<ObjectField> objects_;  // null: none
     FrameHorizon horizon_;                  // of objects_

@@ -51,8 +51,7 @@ void cpu_update(benchmark::State& state) {
 void gpu_update(benchmark::State& state) {
     const GlContext context = GlContext::create().value();
     Flight flight(static_cast<std::size_t>(state.range(0)));
-    GpuTriangulator gpu =
-        GpuTriangulator::create(context, *flight.source, flight.settings).value();
+    GpuTriangulator gpu = GpuTriangulator::create(context, *flight.source, flight.settings).value();
     std::size_t uploaded = 0;
     (void)gpu.update(flight.pager.resident(), flight.camera.view);
     for (auto _ : state) {

@@ -52,6 +52,30 @@ class Objects(Folder):
         summary = run_json("fly", "--scene", scene, "--world-m", 8192, "--out", self.path("out"), *flight, *arguments)
         return summary, self.columns()
 
+    def test_triangles_from_the_device_are_those_of_the_cpu(self):
+        scene = self.scene(FOREST)
+        columns, pictures = [], []
+        for triangulator in ("cpu", "gpu"):
+            summary, rows = self.fly(scene, "--budget", 20000, "--threads", 0, "--png", "--triangulator", triangulator)
+            self.assertEqual(summary.get("gpu_frames", 0), 3 if triangulator == "gpu" else 0)
+            columns.append({name: rows[name] for name in rows.dtype.names if not name.endswith("_ms")})
+            pictures.append(read_png(self.read("out/frame_000002.png")))
+        self.assertEqual(columns[0].keys(), columns[1].keys())
+        for name, values in columns[0].items():
+            if name == "error_px":  # the device's is an upper bound
+                np.testing.assert_array_less(values * (1 - 1e-12), columns[1][name])
+                np.testing.assert_allclose(columns[1][name], values, rtol=1e-3)
+            else:
+                np.testing.assert_array_equal(columns[1][name], values, name)
+        # where triangles meet at one depth, a picture depends on their order
+        self.assertLessEqual(np.count_nonzero(np.abs(pictures[0] - pictures[1]).max(axis=2)), 10)
+        # volumes are the CPU's
+        cave = [{"op": "remove", "shape": {"sphere": {"radius": 20}}, "position": [0, 0, 100]}]
+        summary = run_json("fly", "--scene", super().scene(dem=self.flat(100.0), volumes=cave), *FLIGHT, "--png", "--triangulator", "gpu",
+                           "--out", self.path("cave"))
+        self.assertEqual((summary["gpu_frames"], summary["frames"]), (0, 3))
+        self.assert_refused(run("fly", "--seed", 3, *FLIGHT, "--triangulator", "gpu"), {2}, "--triangulator is for pictures")
+
     def test_a_forest_shares_the_budget_with_the_ground(self):
         scene = self.scene(FOREST)
         summaries = []
