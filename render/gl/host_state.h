@@ -23,7 +23,7 @@ public:
 
 private:
     /// Units and binding points that the renderer uses.
-    static constexpr GLuint kUnits = 19, kUniformBlocks = 7, kStorageBlocks = 4, kTargets = 8;
+    static constexpr GLuint kUnits = 19, kUniformBlocks = 7, kStorageBlocks = 8, kTargets = 8;
 
     struct IndexedBuffer {
         GLint name = 0;

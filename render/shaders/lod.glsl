@@ -13,10 +13,10 @@ layout(std140, binding = 0) uniform Frame {
     vec4 guess;            // low end of the first window of the selection
     uvec4 counts;          // resident chunks, roots, budget, demands
     uvec4 bases;           // in work[]: list of areas, slots of areas, masks, counts
-    uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in vertices[]: coarse bounds
-    uvec4 options;         // levels, whether vertices morph, finest level; in keys[]: axes
+    uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in keys[]: axes
+    uvec4 options;         // levels, whether vertices morph, finest level
     uvec4 last_bases;      // in work[]: squares, candidates, lists of areas; number of candidates that fit
-    uvec4 capacity;        // areas that fit; in work[]: places
+    uvec4 capacity;        // areas that fit; in work[]: places; in vertices[]: slots, behind the roots' coarse bounds
     uvec4 level_first[8];  // first chunk of each level, and their number
     vec4 reaches[33];      // by log2 of the spacing: half width and height of a centre's, of a midpoint's
 };
@@ -82,7 +82,7 @@ uint frame_word(uint chunk, uint word) { return chunks[counts.x * kTableWords + 
 float least_key(uint chunk) { return uintBitsToFloat(frame_word(chunk, 0u)); }
 float fade_factor(uint chunk) { return uintBitsToFloat(frame_word(chunk, 1u)); }
 uint slot_of(uint chunk) { return frame_word(chunk, 2u); }
-uint vertex_words(uint chunk) { return slot_of(chunk) * kSlotWords; }
+uint vertex_words(uint chunk) { return capacity.z + slot_of(chunk) * kSlotWords; }
 double header(uint chunk, uint word) {
     const uint at = vertex_words(chunk) + kHeaderWord + word;
     return packDouble2x32(uvec2(vertices[at], vertices[at + 1u]));
@@ -133,6 +133,6 @@ float side_key(uint chunk, uint side, uint i) {
 float coarse_key(uint root, uint column, uint row) { return keys[more_bases.y + root * kCoarse + row * kCoarseSide + column]; }
 
 // Position of a column or row of an open chunk, relative to the eye
-float position_of(uint chunk, uint axis, uint i) { return keys[options.w + chunk * 258u + axis * 129u + i]; }
+float position_of(uint chunk, uint axis, uint i) { return keys[more_bases.w + chunk * 258u + axis * 129u + i]; }
 
 float threshold() { return uintBitsToFloat(state[kThreshold]); }

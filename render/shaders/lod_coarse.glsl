@@ -9,5 +9,5 @@ float own_coarse_key(uint root, uint column, uint row) {
     precise float low = z - up;
     precise float high = z + up;
     return own_key(position_of(root, 0u, 2u * column), position_of(root, 1u, 2u * row), low, high, width,
-                   uintBitsToFloat(vertices[more_bases.w + root * kCoarse + row * kCoarseSide + column]));
+                   uintBitsToFloat(vertices[root * kCoarse + row * kCoarseSide + column]));
 }

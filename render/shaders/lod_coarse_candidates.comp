@@ -8,5 +8,5 @@ void main() {
     if ((column | row) % 64u == 0u) return;  // corners of the root square
     const int stride = 2 << findLSB(column | row);
     visit_vertex(root, 2 * int(column), 2 * int(row), stride, own_coarse_key(root, column, row),
-                 uintBitsToFloat(vertices[more_bases.w + i]));
+                 uintBitsToFloat(vertices[i]));
 }

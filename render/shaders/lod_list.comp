@@ -37,5 +37,5 @@ void main() {
     if (area == 0u && is_root(chunk)) write_place(capacity.x + chunk, chunk, 64u);
     if (!is_open(chunk)) return;
     for (uint i = area; i < 258u; i += 64u)
-        keys[options.w + chunk * 258u + i] = position_over_eye(chunk, i / 129u, i % 129u);
+        keys[more_bases.w + chunk * 258u + i] = position_over_eye(chunk, i / 129u, i % 129u);
 }

@@ -10,10 +10,12 @@
 #include "base/vector_math.h"
 #include "chunk/chunk_vertices.h"
 #include "gl/gl_object.h"
+#include "gl/host_state.h"
 #include "gl/shader.h"
 #include "light/frame_uniforms.h"
 #include "lod/frame_mesh.h"
 #include "lod/screen_error.h"
+#include "triangulation/device_chunks.h"
 #include "triangulation/device_mesh.h"
 
 #include <terrane/render/gpu_triangulator.h>
@@ -22,48 +24,35 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <string>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace terrane {
 namespace {
 
 using internal::AreaVertices;
+using internal::DeviceArray;
+using internal::DeviceChunks;
 using internal::GlBuffer;
 using internal::GlProgram;
 using internal::ScreenError;
 
 // Layouts of lod.glsl
-constexpr std::size_t kTableWords = 12, kFrameWords = 4;
 constexpr std::size_t kAreaCount = std::size_t{kChunkAreas} * kChunkAreas;
-constexpr std::size_t kAreaWords = sizeof(AreaVertices) / 4;
-constexpr std::size_t kBoundsWord = kAreaCount * kAreaWords, kReachesWord = kBoundsWord + 64;
-constexpr std::size_t kSideWords = 96;
-constexpr std::size_t kEastWord = kReachesWord + 64, kNorthWord = kEastWord + kSideWords;
-constexpr std::size_t kHeaderWord = kNorthWord + kSideWords;
-constexpr std::size_t kAreaHeightsWord = kHeaderWord + 16;
-constexpr std::size_t kCellBoundsWord = kAreaHeightsWord + 128, kSlotWords = kCellBoundsWord + 64;
-static_assert(kAreaWords == 400 && kHeaderWord == 25920 && kSlotWords == 26128);
-static_assert(sizeof(internal::SideVertices) == 4 * kSideWords);
-constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
-constexpr std::size_t kHeightWords = kSamples + std::size_t{kChunkCells} * kChunkCells;
+constexpr std::size_t kSamples = DeviceChunks::kSamples;
 constexpr std::size_t kAreaKeys = AreaVertices::kKinds * AreaVertices::kSquares;
 constexpr std::size_t kAreaSide = kAreaCells + 1, kAreaOffsets = kAreaSide * kAreaSide;
-constexpr std::size_t kCoarseSide = internal::kChunkSquares + 1;
-constexpr std::size_t kCoarse = kCoarseSide * kCoarseSide;
-constexpr std::size_t kMostRoots = 4096;
+constexpr std::size_t kCoarseSide = DeviceChunks::kCoarseSide, kCoarse = DeviceChunks::kCoarse;
 constexpr std::uint32_t kRootVertex = 0x80000000u;  // first number of the roots' vertices
-constexpr int kMostLevels = 25;
-constexpr std::uint32_t kNone = 0xffffffffu;
 
 // Words of state[]
 constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kDraw = 8, kResiduals = 160;
 constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
 constexpr std::size_t kErrorGroups = 169, kHeldGroups = 172, kCellGroups = 175;
-constexpr std::size_t kRootTriangles = 184 + 2048, kStateWords = kRootTriangles + kMostRoots;
+constexpr std::size_t kRootTriangles = 184 + 2048,
+                      kStateWords = kRootTriangles + DeviceChunks::kMostRoots;
 
 // As in Triangulator
 constexpr double kFirstFloor_px = 4096.0;
@@ -85,38 +74,6 @@ static_assert(sizeof(FrameBlock) == 64 + 192 + 64 + 32 + 96 + 128 + 528);
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-// A buffer of the device that grows.
-struct DeviceArray {
-    GlBuffer buffer;
-    std::size_t bytes = 0;
-
-    // Makes room; keeps the content if `keeps`.
-    void reserve(std::size_t wanted, bool keeps) {
-        if (wanted <= bytes) return;
-        const std::size_t grown = std::max(wanted, bytes + bytes / 2);
-        GlBuffer made = internal::make_buffer();
-        glNamedBufferStorage(made.name(), static_cast<GLsizeiptr>(grown), nullptr,
-                             GL_DYNAMIC_STORAGE_BIT);
-        if (keeps && bytes > 0) {
-            glCopyNamedBufferSubData(buffer.name(), made.name(), 0, 0,
-                                     static_cast<GLsizeiptr>(bytes));
-        }
-        buffer = std::move(made);
-        bytes = grown;
-    }
-    void write(std::size_t first_byte, const void* from, std::size_t count) const {
-        glNamedBufferSubData(buffer.name(), static_cast<GLintptr>(first_byte),
-                             static_cast<GLsizeiptr>(count), from);
-    }
-    template <typename Value>
-    std::vector<Value> read(std::size_t first, std::size_t count) const {
-        std::vector<Value> values(count);
-        glGetNamedBufferSubData(buffer.name(), static_cast<GLintptr>(first * sizeof(Value)),
-                                static_cast<GLsizeiptr>(count * sizeof(Value)), values.data());
-        return values;
-    }
-};
-
 }  // namespace
 
 struct GpuTriangulator::State {
@@ -124,27 +81,22 @@ struct GpuTriangulator::State {
         : source(&ground),
           lattice(ground.lattice()),
           settings(chosen),
-          reaches(internal::make_reaches(ground)) {}
+          reaches(internal::make_reaches(ground)),
+          chunks(ground.lattice()) {}
 
     const HeightSource* source;
     Lattice lattice;
     TriangulatorSettings settings;
     internal::Reaches reaches;
     std::shared_ptr<const void> context;
+    bool is_hosted = false;  // in a host's context
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
         coarse_morph, morph, tally, coarse_mesh, sum, emit, slope, error_least, cell_candidates,
         held_candidates, coarse_candidates, error;
-    DeviceArray frame, chunks, vertices, heights, state, work, keys, offsets, indices;
-
-    // chunks on the device
-    std::shared_ptr<const ResidentSet> resident;
-    std::unordered_map<const Chunk*, std::uint32_t> slots;
-    std::vector<std::uint32_t> free_slots;
-    std::size_t slot_count = 0, coarse_bounds_at = 0;
-    std::size_t root_count = 0;
-    std::vector<std::uint32_t> slot_of;  // by index in the resident set; kNone
-    std::vector<std::uint32_t> staging;
+    DeviceChunks chunks;
+    GlBuffer frame;
+    DeviceArray state, work, keys, offsets, indices;
 
     // per frame
     FrameBlock block{};
@@ -165,11 +117,14 @@ struct GpuTriangulator::State {
     TerrainMesh mesh;
 
     Result<void> compile();
-    void follow(std::shared_ptr<const ResidentSet> next);
-    void upload(const Chunk& chunk, std::uint32_t slot);
-    void upload_table();
-    void prepare(const ScreenError& screen, const View& view, float floor,
-                 std::span<const TriangleDemand> others);
+    void find_least_keys(const ScreenError& screen);
+    Result<void> upload_frame(const ScreenError& screen, float floor,
+                              std::span<const TriangleDemand> others);
+    Result<void> lay_out(std::size_t area_count);
+    void fill_block(const ScreenError& screen, const View& view, float floor);
+    Result<void> prepare(const ScreenError& screen, const View& view, float floor,
+                         std::span<const TriangleDemand> others);
+    void bind() const;
     static void run(const GlProgram& program, std::size_t groups);
     void run_indirect(const GlProgram& program, std::size_t word) const;
     void select();
@@ -220,121 +175,42 @@ Result<void> GpuTriangulator::State::compile() {
     return {};
 }
 
-// Takes over a resident set: frees the slots of chunks that have left.
-void GpuTriangulator::State::follow(std::shared_ptr<const ResidentSet> next) {
-    const bool has_same = resident != nullptr && resident->has_same_chunks(*next);
-    // the chunks of the set before live until here, so that equal pointers mean equal chunks
-    if (!has_same) {
-        std::unordered_map<const Chunk*, std::uint32_t> kept;
-        slot_of.assign(next->chunks().size(), kNone);
-        for (std::size_t i = 0; i < next->chunks().size(); ++i) {
-            const auto found = slots.find(next->chunks()[i].get());
-            if (found == slots.end()) continue;
-            slot_of[i] = found->second;
-            kept.insert(*found);
-            slots.erase(found);
+// Least keys of all resident chunks, which decide whether a floor opens them.
+void GpuTriangulator::State::find_least_keys(const ScreenError& screen) {
+    const ResidentSet& resident = *chunks.resident();
+    least.resize(resident.chunks().size());
+    for (std::size_t i = 0; i < least.size(); ++i) {
+        const Chunk& chunk = *resident.chunks()[i];
+        if (i < chunks.root_count()) {
+            least[i] = -1.0f;  // always open
+        } else if (!(resident.fade(i) > 0.0f)) {
+            least[i] = internal::OpenChunk::kNever;
+        } else {
+            const auto exponent = static_cast<std::size_t>(lattice.finest_level - chunk.key.level);
+            least[i] = screen.least_key(screen.reach_of(chunk, reaches.centre[exponent].half_width),
+                                        chunk.max_vertex_bound);
         }
-        for (const auto& [chunk, slot] : slots) free_slots.push_back(slot);
-        slots = std::move(kept);
     }
-    resident = std::move(next);
-    if (!has_same) upload_table();
 }
 
-// Uploads the links of all resident chunks.
-void GpuTriangulator::State::upload_table() {
-    const std::span<const ResidentChunk> all = resident->chunks();
-    std::vector<std::uint32_t> words(kTableWords * all.size());
-    root_count = 0;
-    block.level_first.fill(static_cast<std::uint32_t>(all.size()));
-    for (std::size_t i = all.size(); i-- > 0;) {
-        const ChunkKey& key = all[i]->key;
-        block.level_first[key.level] = static_cast<std::uint32_t>(i);
-        if (key.level == 0) ++root_count;
-    }
-    for (std::size_t level = kMostLevels; level-- > 0;)
-        block.level_first[level] = std::min(block.level_first[level], block.level_first[level + 1]);
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const ChunkKey& key = all[i]->key;
-        const ResidentSet::Links& links = resident->links(i);
-        std::uint32_t* const to = &words[kTableWords * i];
-        to[0] = key.level | static_cast<std::uint32_t>(key.x & 1) << 5 |
-                static_cast<std::uint32_t>(key.y & 1) << 6;
-        const std::array<ChunkKey, 4> beyond{
-            ChunkKey{key.x - 1, key.y, key.level}, ChunkKey{key.x + 1, key.y, key.level},
-            ChunkKey{key.x, key.y - 1, key.level}, ChunkKey{key.x, key.y + 1, key.level}};
-        for (std::size_t side = 0; side < 4; ++side) {
-            if (!resident->window().contains(beyond[side])) to[0] |= 1u << (7 + side);
-            to[2 + side] = static_cast<std::uint32_t>(links.neighbour[side]);
-            to[6 + side] = static_cast<std::uint32_t>(links.child[side]);
-        }
-        if (key.level == 0 && cut_to_north_east(key.x, key.y)) to[0] |= 1u << 11;
-        to[1] = static_cast<std::uint32_t>(links.parent);
-    }
-    const std::size_t bytes = 4 * words.size();
-    chunks.reserve(bytes + 4 * kFrameWords * all.size(), false);
-    chunks.write(0, words.data(), bytes);
-}
-
-void GpuTriangulator::State::upload(const Chunk& chunk, std::uint32_t slot) {
-    const internal::ChunkVertices& of = *chunk.vertices;
-    staging.assign(kSlotWords, 0);
-    const auto put = [&](std::size_t word, const void* from, std::size_t bytes) {
-        std::memcpy(&staging[word], from, bytes);
-    };
-    put(0, of.areas.data(), sizeof of.areas);
-    for (std::size_t i = 0; i < kAreaCount; ++i) {
-        const Chunk::Area& area = chunk.areas[i];
-        staging[kBoundsWord + i] = bits_of(area.max_vertex_bound);
-        staging[kAreaHeightsWord + 2 * i] = static_cast<std::uint32_t>(area.low);
-        staging[kAreaHeightsWord + 2 * i + 1] = static_cast<std::uint32_t>(area.high);
-        staging[kCellBoundsWord + i] = bits_of(area.max_cell_bound);
-    }
-    put(kReachesWord, of.area_reaches.data(), sizeof of.area_reaches);
-    put(kEastWord, &of.east_side, sizeof of.east_side);
-    put(kNorthWord, &of.north_side, sizeof of.north_side);
-    const std::array<double, 4> header{static_cast<double>(chunk.corner.x),
-                                       static_cast<double>(chunk.corner.y),
-                                       static_cast<double>(chunk.step), of.reach_base};
-    put(kHeaderWord, header.data(), sizeof header);
-    put(kHeaderWord + 8, &of.reach_unit, sizeof of.reach_unit);
-    vertices.write(4 * kSlotWords * slot, staging.data(), 4 * kSlotWords);
-    heights.write(4 * kHeightWords * slot, chunk.heights.data(), 4 * kSamples);
-    heights.write(4 * (kHeightWords * slot + kSamples), chunk.cell_bounds.data(),
-                  4 * chunk.cell_bounds.size());
-}
-
-// Uploads what a frame needs: chunks that its floor may refine, keys and fades, demands, and the uniform block.
-void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view, float floor,
-                                     std::span<const TriangleDemand> others) {
-    const std::span<const ResidentChunk> all = resident->chunks();
+// Uploads chunks that a floor may open, the keys and fades of all, and demands.
+Result<void> GpuTriangulator::State::upload_frame(const ScreenError& screen, float floor,
+                                                  std::span<const TriangleDemand> others) {
+    const ResidentSet& resident = *chunks.resident();
     std::vector<std::size_t> wanted;
-    for (std::size_t i = 0; i < all.size(); ++i)
-        if (least[i] < floor && slot_of[i] == kNone) wanted.push_back(i);
-    const std::size_t needed = slots.size() + wanted.size();
-    if (needed > slot_count) {
-        const std::size_t grown = std::max(needed, slot_count + slot_count / 2);
-        vertices.reserve(4 * kSlotWords * grown, true);
-        heights.reserve(4 * kHeightWords * grown, true);
-        for (std::size_t slot = grown; slot-- > slot_count;)
-            free_slots.push_back(static_cast<std::uint32_t>(slot));
-        slot_count = grown;
+    std::size_t opened = 0;
+    for (std::size_t i = 0; i < least.size(); ++i) {
+        if (!(least[i] < floor)) continue;
+        ++opened;
+        if (chunks.slot_of(i) == DeviceChunks::kNone) wanted.push_back(i);
     }
-    for (const std::size_t i : wanted) {
-        const std::uint32_t slot = free_slots.back();
-        free_slots.pop_back();
-        upload(*all[i], slot);
-        slots.emplace(all[i].get(), slot);
-        slot_of[i] = slot;
-    }
-    std::size_t candidates = 0;
+    TERRANE_TRY(chunks.load(wanted));
+    TERRANE_TRY(lay_out(kAreaCount * opened));
     frame_words.clear();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const bool is_root = i < root_count;
-        if (least[i] < floor) ++candidates;
-        const float fade = is_root ? 1.0f : resident->fade(i);
+    for (std::size_t i = 0; i < least.size(); ++i) {
+        const float fade = i < chunks.root_count() ? 1.0f : resident.fade(i);
         const float factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
-        for (const std::uint32_t word : {bits_of(least[i]), bits_of(factor), slot_of[i], 0u})
+        for (const std::uint32_t word : {bits_of(least[i]), bits_of(factor), chunks.slot_of(i), 0u})
             frame_words.push_back(word);
     }
     // beyond the demand that ends the budget, none matters: sums of weights stay small
@@ -346,7 +222,8 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
     std::ranges::sort(demands, {}, [](const auto& demand) { return demand.first; });
     const auto budget = static_cast<std::uint32_t>(
         settings.triangle_budget - 2 * static_cast<std::size_t>(lattice.resident_root_count()));
-    std::size_t weight = 0, demand_count = 0;
+    std::size_t weight = 0;
+    std::uint32_t demand_count = 0;
     for (auto& [key, triangles] : demands) {
         if (weight > budget) break;
         triangles = std::min(triangles, budget + 1);
@@ -355,41 +232,46 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
         frame_words.push_back(bits_of(key));
         frame_words.push_back(triangles);
     }
-    const std::size_t table_bytes = 4 * kTableWords * all.size();
-    if (chunks.bytes < table_bytes + 4 * frame_words.size())
-        chunks.reserve(table_bytes + 4 * frame_words.size(), true);
-    chunks.write(table_bytes, frame_words.data(), 4 * frame_words.size());
+    block.counts = {static_cast<std::uint32_t>(least.size()),
+                    static_cast<std::uint32_t>(chunks.root_count()), budget, demand_count};
     uploaded += 4 * frame_words.size() + sizeof block;
+    return chunks.write_frame(frame_words);
+}
 
-    area_capacity = std::max(area_capacity, kAreaCount * candidates);
-    const std::size_t areas = area_capacity, count = all.size();
-    const std::array<std::size_t, 6> work_at{3 * count,
-                                             3 * count + areas,
-                                             3 * count + areas + 64 * count,
-                                             3 * count + areas + 64 * count + 6 * areas,
-                                             3 * count + areas + 64 * count + 7 * areas,
-                                             3 * count + areas + 64 * count + 25 * areas};
+// Places of the arrays, for a number of areas that may be open.
+Result<void> GpuTriangulator::State::lay_out(std::size_t wanted_areas) {
+    area_capacity = std::max(area_capacity, wanted_areas);
+    const std::size_t areas = area_capacity, count = least.size(), roots = chunks.root_count();
     constexpr std::size_t kMostCandidates = 1 << 16, kCandidateWords = 3;
-    const std::size_t lists_at = work_at[5] + kCandidateWords * kMostCandidates;
+    constexpr std::size_t kPlaceWords = 12, kSquareWords = 18;
     // the start of a range of a storage block is aligned
-    constexpr std::size_t kAlignment = 64, kPlaceWords = 12;
-    const std::size_t places_at = (lists_at + 2 * areas + kAlignment - 1) / kAlignment * kAlignment;
-    const std::size_t place_words = kPlaceWords * (areas + root_count);
-    work.reserve(4 * (places_at + place_words), false);
-    const std::size_t axes_at = kAreaKeys * areas + 128 * count + kCoarse * root_count;
-    keys.reserve(4 * (axes_at + 2 * kChunkSamples * count), false);
-    offsets.reserve(4 * (kAreaOffsets * areas + kCoarse * root_count), false);
-    // at the end of vertices[]
-    const std::size_t bounds_at = kSlotWords * slot_count;
-    if (bounds_at != coarse_bounds_at || vertices.bytes < 4 * (bounds_at + kCoarse * root_count)) {
-        vertices.reserve(4 * (bounds_at + kCoarse * root_count), true);
-        coarse_bounds_at = bounds_at;
-    }
-    for (std::size_t root = 0; root < root_count; ++root) {
-        vertices.write(4 * (bounds_at + kCoarse * root), all[root]->vertices->coarse_bounds.data(),
-                       4 * kCoarse);
-    }
+    constexpr std::size_t kAlignment = 64;
+    const std::size_t list_at = 3 * count, slots = list_at + areas, masks_at = slots + 64 * count;
+    const std::size_t counts = masks_at + 6 * areas, squares = counts + areas;
+    const std::size_t candidates = squares + kSquareWords * areas;
+    const std::size_t lists = candidates + kCandidateWords * kMostCandidates;
+    const std::size_t places = (lists + 2 * areas + kAlignment - 1) / kAlignment * kAlignment;
+    const std::size_t place_words = kPlaceWords * (areas + roots);
+    const std::size_t sides = kAreaKeys * areas, coarse_keys = sides + 128 * count;
+    const std::size_t axes = coarse_keys + kCoarse * roots;
+    const std::size_t coarse_offsets = kAreaOffsets * areas;
+    TERRANE_TRY(work.reserve(4 * (places + place_words), false));
+    TERRANE_TRY(keys.reserve(4 * (axes + 2 * kChunkSamples * count), false));
+    TERRANE_TRY(offsets.reserve(4 * (coarse_offsets + kCoarse * roots), false));
+    const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
+    block.bases = {word(list_at), word(slots), word(masks_at), word(counts)};
+    block.more_bases = {word(sides), word(coarse_keys), word(coarse_offsets), word(axes)};
+    block.last_bases = {word(squares), word(candidates), word(lists), word(kMostCandidates)};
+    block.capacity = {word(areas), word(places), word(chunks.first_slot()), 0};
+    device.places_byte = 4 * places;
+    device.places_bytes = 4 * place_words;
+    device.first_root_place = word(areas);
+    device.first_root_offset = word(coarse_offsets);
+    return {};
+}
 
+// The uniform block, besides what upload_frame() sets.
+void GpuTriangulator::State::fill_block(const ScreenError& screen, const View& view, float floor) {
     const WorldPos& eye = view.eye_world;
     block.eye_lattice = {static_cast<double>(eye_frame.x), static_cast<double>(eye_frame.y), 0.0,
                          0.0};
@@ -405,31 +287,37 @@ void GpuTriangulator::State::prepare(const ScreenError& screen, const View& view
     }
     const double ratio = settings.morph_ratio, squared = ratio * ratio;
     const bool morphs = ratio > 1.0;
-    block.distances = {clearance, 0.0, ratio, morphs ? squared / (squared - 1.0) : 1.0};
-    block.scalars = {screen.eye_heights(*all[0]).near_squared,
-                     static_cast<float>(view.near_distance), floor,
-                     morphs ? static_cast<float>(squared / (squared - 1.0)) : 1.0f};
+    const double full = morphs ? squared / (squared - 1.0) : 1.0;
+    block.distances = {clearance, 0.0, ratio, full};
+    block.scalars = {screen.eye_heights(*chunks.resident()->chunks()[0]).near_squared,
+                     static_cast<float>(view.near_distance), floor, static_cast<float>(full)};
     constexpr float kWindow = 1.03f;  // the first window begins so far below the last threshold
     block.guess = {last_threshold > 0.0f ? last_threshold / kWindow : 0.0f, 0.0f, 0.0f, 0.0f};
-    const auto word = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
-    block.counts = {word(count), word(root_count), budget, word(demand_count)};
-    block.bases = {word(work_at[0]), word(work_at[1]), word(work_at[2]), word(work_at[3])};
-    block.more_bases = {word(kAreaKeys * areas), word(kAreaKeys * areas + 128 * count),
-                        word(kAreaOffsets * areas), word(bounds_at)};
-    block.options = {word(static_cast<std::size_t>(lattice.finest_level) + 1), morphs ? 1u : 0u,
-                     word(static_cast<std::size_t>(lattice.finest_level)), word(axes_at)};
-    block.last_bases = {word(work_at[4]), word(work_at[5]), word(lists_at), word(kMostCandidates)};
-    block.capacity = {word(areas), word(places_at), 0, 0};
-    device.places_byte = 4 * places_at;
-    device.places_bytes = 4 * place_words;
-    device.first_root_place = word(areas);
-    device.first_root_offset = block.more_bases[2];
+    const auto finest = static_cast<std::uint32_t>(lattice.finest_level);
+    block.options = {finest + 1, morphs ? 1u : 0u, finest, 0};
+    block.level_first = chunks.level_first();
     device.morphs = morphs;
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
         block.reaches[i] = {reaches.centre[i].half_width, reaches.centre[i].half_height,
                             reaches.midpoint[i].half_width, reaches.midpoint[i].half_height};
     }
-    frame.write(0, &block, sizeof block);
+}
+
+Result<void> GpuTriangulator::State::prepare(const ScreenError& screen, const View& view,
+                                             float floor, std::span<const TriangleDemand> others) {
+    TERRANE_TRY(upload_frame(screen, floor, others));
+    fill_block(screen, view, floor);
+    glNamedBufferSubData(frame.name(), 0, sizeof block, &block);
+    return {};
+}
+
+void GpuTriangulator::State::bind() const {
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, frame.name());
+    GLuint binding = 0;
+    for (const DeviceArray* array : {&chunks.table(), &chunks.vertices(), &chunks.heights(), &state,
+                                     &work, &keys, &offsets, &indices})
+        glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding++, array->name());
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, state.name());
 }
 
 // Runs a program and makes its results visible to the next.
@@ -448,7 +336,7 @@ void GpuTriangulator::State::run_indirect(const GlProgram& program, std::size_t 
 
 // Selects the threshold among the keys below the floor.
 void GpuTriangulator::State::select() {
-    const std::size_t count = resident->chunks().size();
+    const std::size_t count = least.size(), root_count = chunks.root_count();
     run(open, count);
     run(scan, 1);
     run(list, count);
@@ -470,6 +358,7 @@ void GpuTriangulator::State::select() {
 }
 
 void GpuTriangulator::State::triangulate() {
+    const std::size_t root_count = chunks.root_count();
     run_indirect(masks, kAllGroups);
     if (block.options[1] != 0) {
         run(slope, 1);
@@ -515,7 +404,7 @@ void GpuTriangulator::State::report(const ScreenError& screen,
     parts.residual.finest_m = residual(3);
     parts.residual.morphing = residual(4);
     const internal::Morph of_frame(settings.morph_ratio, threshold);
-    parts.fading = internal::fading_error(*resident, reaches, screen, of_frame, threshold,
+    parts.fading = internal::fading_error(*chunks.resident(), reaches, screen, of_frame, threshold,
                                           [&](std::size_t index) { return least[index]; });
     internal::report_error(screen, of_frame, threshold, settings.max_error_px,
                            source->is_certified(), parts, mesh);
@@ -534,18 +423,21 @@ Result<GpuTriangulator> GpuTriangulator::create(const GlContext& context,
                                                 const HeightSource& source,
                                                 const TriangulatorSettings& settings) {
     TERRANE_TRY(Triangulator checked, Triangulator::create(source, settings));
+    const internal::HostState host(context.is_adopted());
     auto state = std::make_unique<State>(source, settings);
-    if (static_cast<std::size_t>(state->lattice.resident_root_count()) > kMostRoots) {
+    state->is_hosted = context.is_adopted();
+    if (static_cast<std::size_t>(state->lattice.resident_root_count()) > DeviceChunks::kMostRoots) {
         return fail(ErrorCode::device_unavailable,
-                    "the GPU triangulator takes at most " + std::to_string(kMostRoots) +
-                        " root squares, got " +
+                    "the GPU triangulator takes at most " +
+                        std::to_string(DeviceChunks::kMostRoots) + " root squares, got " +
                         std::to_string(state->lattice.resident_root_count()));
     }
     state->context = context.keep_alive();
     TERRANE_TRY(state->compile());
-    state->frame.reserve(sizeof(FrameBlock), false);
-    state->state.reserve(4 * kStateWords, false);
-    state->indices.reserve(12 * settings.triangle_budget, false);
+    state->frame = internal::make_buffer();
+    glNamedBufferStorage(state->frame.name(), sizeof(FrameBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    TERRANE_TRY(state->state.reserve(4 * kStateWords, false));
+    TERRANE_TRY(state->indices.reserve(12 * settings.triangle_budget, false));
     TERRANE_TRY(internal::check_gl("make the GPU triangulator"));
     return GpuTriangulator(std::move(state));
 }
@@ -559,15 +451,16 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
                                             const View& view,
                                             std::span<const TriangleDemand> others) {
     State& s = *state_;
+    const internal::HostState host(s.is_hosted);
     TERRANE_TRY(view.validate());
     if (resident->has_solids()) {
         return fail(ErrorCode::invalid_argument, "the GPU triangulator does not draw volumes yet");
     }
     s.uploaded = 0;
     s.mesh = {};
-    s.follow(std::move(resident));
-    s.mesh.resident = s.resident;
-    if (!s.resident->has_roots()) {
+    TERRANE_TRY(s.chunks.follow(std::move(resident)));
+    s.mesh.resident = s.chunks.resident();
+    if (!s.mesh.resident->has_roots()) {
         s.mesh.threshold_px = s.settings.max_error_px;
         s.mesh.demand_threshold_px = internal::kInfinity;
         return s.mesh;
@@ -575,34 +468,14 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     TERRANE_TRY(s.eye_frame, internal::make_eye_frame(s.lattice, view.eye_world));
     s.clearance = internal::clearance_of(*s.source, view.eye_world);
     const ScreenError screen(view, *s.source, s.clearance);
-    const std::span<const ResidentChunk> all = s.resident->chunks();
-    s.least.resize(all.size());
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        const Chunk& chunk = *all[i];
-        if (i < s.root_count) {
-            s.least[i] = -1.0f;  // always open
-        } else if (!(s.resident->fade(i) > 0.0f)) {
-            s.least[i] = internal::OpenChunk::kNever;
-        } else {
-            const auto exponent =
-                static_cast<std::size_t>(s.lattice.finest_level - chunk.key.level);
-            s.least[i] =
-                screen.least_key(screen.reach_of(chunk, s.reaches.centre[exponent].half_width),
-                                 chunk.max_vertex_bound);
-        }
-    }
+    s.find_least_keys(screen);
     const float target =
         internal::target_key(screen, s.settings.morph_ratio, s.settings.max_error_px);
     float floor = std::min(target, s.last_threshold > 0.0f ? kFloorMargin * s.last_threshold
                                                            : screen.key_of(kFirstFloor_px));
     for (;;) {
-        s.prepare(screen, view, floor, others);
-        glBindBufferBase(GL_UNIFORM_BUFFER, 0, s.frame.buffer.name());
-        GLuint binding = 0;
-        for (const DeviceArray* array : {&s.chunks, &s.vertices, &s.heights, &s.state, &s.work,
-                                         &s.keys, &s.offsets, &s.indices})
-            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding++, array->buffer.name());
-        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, s.state.buffer.name());
+        TERRANE_TRY(s.prepare(screen, view, floor, others));
+        s.bind();
         s.select();
         s.threshold = s.state.read<float>(kThreshold, 1)[0];
         if (s.threshold < floor || floor == target) break;
@@ -611,12 +484,12 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     s.last_threshold = s.threshold;
     s.triangulate();
     s.report(screen, others);
-    s.device.indices = s.indices.buffer.name();
-    s.device.commands = s.state.buffer.name();
+    s.device.indices = s.indices.name();
+    s.device.commands = s.state.name();
     s.device.command_byte = 4 * kDraw;
-    s.device.places = s.work.buffer.name();
-    s.device.offsets = s.offsets.buffer.name();
-    s.device.heights = s.heights.buffer.name();
+    s.device.places = s.work.name();
+    s.device.offsets = s.offsets.name();
+    s.device.heights = s.chunks.heights().name();
     s.mesh.device = &s.device;
     TERRANE_TRY(internal::check_gl("triangulate on the device"));
     return s.mesh;
@@ -624,13 +497,14 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
 
 Result<void> GpuTriangulator::change(const TriangulatorSettings& settings) {
     TERRANE_TRY(Triangulator checked, Triangulator::create(*state_->source, settings));
+    TERRANE_TRY(state_->indices.reserve(12 * settings.triangle_budget, false));
     state_->settings = settings;
-    state_->indices.reserve(12 * settings.triangle_budget, false);
     return internal::check_gl("change the GPU triangulator");
 }
 
 Result<TerrainMesh> GpuTriangulator::read() {
     State& s = *state_;
+    const internal::HostState host(s.is_hosted);
     s.read_indices.clear();
     s.read_chunks.clear();
     s.read_offsets.clear();
@@ -646,14 +520,14 @@ Result<TerrainMesh> GpuTriangulator::read() {
     first.push_back(static_cast<std::uint32_t>(triangles));
     std::vector<std::uint32_t> first_of_root(
         state.begin() + kRootTriangles,
-        state.begin() + kRootTriangles + static_cast<std::ptrdiff_t>(s.root_count));
+        state.begin() + kRootTriangles + static_cast<std::ptrdiff_t>(s.chunks.root_count()));
     first_of_root.push_back(first[0]);
     const std::vector<std::uint32_t> indices = s.indices.read<std::uint32_t>(0, 3 * triangles);
     const bool morphs = s.block.options[1] != 0;
     std::vector<float> offsets, coarse;
     if (morphs) {
         offsets = s.offsets.read<float>(0, kAreaOffsets * areas);
-        coarse = s.offsets.read<float>(s.block.more_bases[2], kCoarse * s.root_count);
+        coarse = s.offsets.read<float>(s.device.first_root_offset, kCoarse * s.chunks.root_count());
     }
     const auto sample_of = [&](std::uint32_t vertex) {
         if (vertex >= kRootVertex) {
@@ -664,18 +538,18 @@ Result<TerrainMesh> GpuTriangulator::read() {
                                               kChunkSamples +
                                           area % kChunkAreas * kAreaCells + at % kAreaSide);
     };
-    s.read_offsets.reserve(s.resident->chunks().size());
+    s.read_offsets.reserve(mesh.resident->chunks().size());
     std::size_t area = 0;
-    for (std::size_t i = 0; i < s.resident->chunks().size(); ++i) {
+    for (std::size_t i = 0; i < mesh.resident->chunks().size(); ++i) {
         MeshChunk made;
-        made.chunk = s.resident->chunks()[i].get();
+        made.chunk = mesh.resident->chunks()[i].get();
         made.first_index = static_cast<std::uint32_t>(s.read_indices.size());
         const auto copy = [&](std::size_t begin, std::size_t end) {
             for (std::size_t k = 3 * begin; k < 3 * end; ++k)
                 s.read_indices.push_back(sample_of(indices[k]));
         };
         std::vector<float> of_chunk(morphs ? kSamples : 0, 0.0f);
-        if (i < s.root_count) {
+        if (i < s.chunks.root_count()) {
             copy(first_of_root[i], first_of_root[i + 1]);
             for (std::size_t k = 0; morphs && k < kCoarse; ++k)
                 of_chunk[2 * (k / kCoarseSide) * kChunkSamples + 2 * (k % kCoarseSide)] =
@@ -703,8 +577,8 @@ Result<TerrainMesh> GpuTriangulator::read() {
 
 std::size_t GpuTriangulator::device_bytes() const {
     const State& s = *state_;
-    return s.frame.bytes + s.chunks.bytes + s.vertices.bytes + s.heights.bytes + s.state.bytes +
-           s.work.bytes + s.keys.bytes + s.offsets.bytes + s.indices.bytes;
+    return sizeof(FrameBlock) + s.chunks.bytes() + s.state.bytes() + s.work.bytes() +
+           s.keys.bytes() + s.offsets.bytes() + s.indices.bytes();
 }
 
 std::size_t GpuTriangulator::area_count() const { return state_->area_count; }
