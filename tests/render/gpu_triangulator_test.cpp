@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The device's triangles against the CPU's, bit for bit, in random states: worlds, resident sets, fades, views, budgets
-// and error targets.
+// and error targets. 180 states; 10,020 in long runs.
 #include "support/mesh_checks.h"
 #include "support/random_world.h"
 
@@ -19,6 +19,10 @@
 
 namespace terrane::test {
 namespace gpu_triangulator_test {
+
+const int kWorlds = few_or_many(6, 334);
+constexpr int kFlights = 3;  // per world
+constexpr int kFrames = 10;  // per flight
 
 TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
     TriangulatorSettings settings;
@@ -81,17 +85,17 @@ TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
     const GlContext context = GlContext::create(GlChecks::on).value();
     Random random(7);
     int counted = 0;
-    for (int w = 0; w < 6; ++w) {
+    for (int w = 0; w < kWorlds; ++w) {
         const RandomWorld world(random, 12);
         RandomResidence residence(world);
-        for (int flight = 0; flight < 3; ++flight) {
+        for (int flight = 0; flight < kFlights; ++flight) {
             const TriangulatorSettings settings = random_settings(random, world);
             Triangulator cpu = Triangulator::create(world.source(), settings).value();
             auto made = GpuTriangulator::create(context, world.source(), settings);
             ASSERT_TRUE(made.has_value()) << made.error().message;
             GpuTriangulator gpu = *std::move(made);
             View view;
-            for (int frame = 0; frame < 10; ++frame) {
+            for (int frame = 0; frame < kFrames; ++frame) {
                 const bool is_jump = frame == 0 || random.below(6) == 0;
                 if (is_jump) {
                     residence.jump(random);
@@ -115,7 +119,7 @@ TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
             }
         }
     }
-    EXPECT_EQ(counted, 180);
+    EXPECT_EQ(counted, kWorlds * kFlights * kFrames);
 }
 
 TEST(GpuTriangulator, DrawsThePicturesOfTheCpu) {
