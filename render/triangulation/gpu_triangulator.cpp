@@ -15,6 +15,7 @@
 #include "light/frame_uniforms.h"
 #include "lod/frame_mesh.h"
 #include "lod/screen_error.h"
+#include "triangulation/arithmetic_probe.h"
 #include "triangulation/device_chunks.h"
 #include "triangulation/device_mesh.h"
 
@@ -433,6 +434,7 @@ Result<GpuTriangulator> GpuTriangulator::create(const GlContext& context,
                         std::to_string(state->lattice.resident_root_count()));
     }
     state->context = context.keep_alive();
+    TERRANE_TRY(internal::probe_arithmetic());
     TERRANE_TRY(state->compile());
     state->frame = internal::make_buffer();
     glNamedBufferStorage(state->frame.name(), sizeof(FrameBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
