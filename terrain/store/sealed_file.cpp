@@ -143,7 +143,8 @@ SealedWriter::SealedWriter(SealedWriter&& other) noexcept
       written_path_(std::move(other.written_path_)),
       handle_(std::exchange(other.handle_, -1)),
       kind_(other.kind_),
-      end_(other.end_) {}
+      end_(other.end_),
+      pending_(std::move(other.pending_)) {}
 
 SealedWriter::~SealedWriter() {
     if (handle_ < 0) return;
@@ -189,9 +190,21 @@ Result<void> SealedWriter::write_at(std::span<const std::uint8_t> bytes, std::ui
     return {};
 }
 
+Result<void> SealedWriter::flush() {
+    TERRANE_TRY(write_at(pending_, end_ - pending_.size()));
+    pending_.clear();
+    return {};
+}
+
 Result<std::uint64_t> SealedWriter::append(std::span<const std::uint8_t> record) {
+    constexpr std::size_t kMostPending = std::size_t{1} << 16;
     const std::uint64_t offset = end_;
-    TERRANE_TRY(write_at(record, offset));
+    if (pending_.size() + record.size() > kMostPending) TERRANE_TRY(flush());
+    if (record.size() > kMostPending) {
+        TERRANE_TRY(write_at(record, offset));
+    } else {
+        pending_.insert(pending_.end(), record.begin(), record.end());
+    }
     end_ += record.size();
     return offset;
 }
@@ -199,6 +212,7 @@ Result<std::uint64_t> SealedWriter::append(std::span<const std::uint8_t> record)
 Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     const std::vector<std::uint8_t> stored = compress(directory);
     TERRANE_TRY(const auto offset, append(stored));
+    TERRANE_TRY(flush());
     const Header header{kind_, offset, stored.size(), directory.size(), hash_of(directory)};
     TERRANE_TRY(write_at(encode(header), 0));
     // The content is flushed to the disk before the rename: after a crash there is either the old file or the new one.

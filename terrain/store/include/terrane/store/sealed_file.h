@@ -63,13 +63,13 @@ public:
     /// Removes the file if it was not committed.
     ~SealedWriter();
 
-    /// Appends a record, and returns its offset.
-    /// Fails: io
+    /// Appends a record, and returns its offset. Small records are written together.
+    /// Fails: io, also for records of earlier calls
     Result<std::uint64_t> append(std::span<const std::uint8_t> record);
     /// Appends the directory and renames the file; call once, last.
     /// Fails: io; the new file is then removed, and a previous one remains
     Result<void> commit(std::span<const std::uint8_t> directory);
-    /// Bytes written so far; size of the whole file after commit().
+    /// Bytes appended so far; size of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
     /// Path of the incomplete file, until commit().
     const std::string& written_path() const { return written_path_; }
@@ -77,12 +77,14 @@ public:
 private:
     SealedWriter(std::string path, std::string written_path, int handle, const SealedKind& kind);
     Result<void> write_at(std::span<const std::uint8_t> bytes, std::uint64_t offset);
+    Result<void> flush();
     std::string cannot_write(int cause) const;
 
     std::string path_, written_path_;
     int handle_ = -1;
     SealedKind kind_;
     std::uint64_t end_ = 0;
+    std::vector<std::uint8_t> pending_;  // the last bytes, which are not written yet
 };
 
 /// Reads a sealed file. Threads: any number at once.
