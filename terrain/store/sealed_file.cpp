@@ -13,7 +13,7 @@
 #include <limits>
 #include <utility>
 
-#define XXH_INLINE_ALL
+#define XXH_INLINE_ALL  // NOLINT(readability-identifier-naming): a name of xxHash
 #include <xxhash.h>
 #include <zstd.h>
 
