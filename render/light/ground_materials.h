@@ -52,7 +52,9 @@ public:
     /// @param anisotropy largest of the texture's filter, 1 to 16
     GroundMaterials(const RendererSettings& settings, int anisotropy);
 
-    /// Changes the colours: see make_material_uniforms(). `settings` are those of the constructor.
+    /// Shows materials in flat colours, or as their palette has them.
+    ///
+    /// @param settings of the constructor
     void set_flat(const RendererSettings& settings, bool is_flat) {
         uniforms_ = make_material_uniforms(settings, is_flat);
     }

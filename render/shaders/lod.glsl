@@ -7,7 +7,7 @@ layout(std140, binding = 0) uniform Frame {
     dvec4 origin_quantum;  // the lattice's origin; quantum; near distance
     dvec4 normals[4];      // inward normals of the view's side planes
     dvec4 eye_lattice;     // the eye's lattice point: see EyeFrame
-    dvec4 distances;       // to the true surface at least; threshold and share of morphs: see lod_error.glsl
+    dvec4 distances;       // least distance to the true surface, metres; 0; ratio and full of the morph: see Morph
     vec4 planes[4];        // the normals
     vec4 scalars;          // square of the near distance, near distance, floor, full of the morph
     vec4 guess;            // low end of the first window of the selection
@@ -107,7 +107,6 @@ Area area_at(uint slot) {
     return Area(slot, entry >> 9, entry & 63u, (entry & kEndsSouth) != 0u, (entry & kEndsWest) != 0u);
 }
 
-int low_half(uint word) { return bitfieldExtract(int(word), 0, 16); }
 int half_at(uint first_word, uint i) { return bitfieldExtract(int(vertices[first_word + (i >> 1)]), int(i & 1u) * 16, 16); }
 float upper_half_at(uint first_word, uint i) {
     return uintBitsToFloat((vertices[first_word + (i >> 1)] >> ((i & 1u) * 16u) & 0xffffu) << 16);

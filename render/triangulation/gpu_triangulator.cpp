@@ -55,10 +55,6 @@ constexpr std::size_t kErrorGroups = 169, kHeldGroups = 172, kCellGroups = 175;
 constexpr std::size_t kRootTriangles = 184 + 2048,
                       kStateWords = kRootTriangles + DeviceChunks::kMostRoots;
 
-// As in Triangulator
-constexpr double kFirstFloor_px = 4096.0;
-constexpr float kFloorMargin = 1.1f, kFloorStep = 3.0f;
-
 constexpr std::uint32_t kSearchSteps = 5;  // at most; see lod_pick.comp
 
 struct FrameBlock {
@@ -103,7 +99,7 @@ struct GpuTriangulator::State {
     FrameBlock block{};
     std::vector<std::uint32_t> frame_words;
     std::vector<float> least;
-    std::vector<std::pair<float, std::uint32_t>> demands;
+    std::vector<internal::WeightedKey> others, sorted;  // keys of demands; in ascending order
     std::size_t area_capacity = 0;
     float last_threshold = 0.0f, threshold = 0.0f;
     std::size_t uploaded = 0, area_count = 0;
@@ -119,18 +115,16 @@ struct GpuTriangulator::State {
 
     Result<void> compile();
     void find_least_keys(const ScreenError& screen);
-    Result<void> upload_frame(const ScreenError& screen, float floor,
-                              std::span<const TriangleDemand> others);
-    Result<void> lay_out(std::size_t area_count);
+    Result<void> upload_frame(float floor);
+    Result<void> lay_out(std::size_t wanted_areas);
     void fill_block(const ScreenError& screen, const View& view, float floor);
-    Result<void> prepare(const ScreenError& screen, const View& view, float floor,
-                         std::span<const TriangleDemand> others);
+    Result<void> prepare(const ScreenError& screen, const View& view, float floor);
     void bind() const;
     static void run(const GlProgram& program, std::size_t groups);
     void run_indirect(const GlProgram& program, std::size_t word) const;
     void select();
     void triangulate();
-    void report(const ScreenError& screen, std::span<const TriangleDemand> others);
+    void report(const ScreenError& screen, std::span<const TriangleDemand> demands);
 };
 
 Result<void> GpuTriangulator::State::compile() {
@@ -195,8 +189,7 @@ void GpuTriangulator::State::find_least_keys(const ScreenError& screen) {
 }
 
 // Uploads chunks that a floor may open, the keys and fades of all, and demands.
-Result<void> GpuTriangulator::State::upload_frame(const ScreenError& screen, float floor,
-                                                  std::span<const TriangleDemand> others) {
+Result<void> GpuTriangulator::State::upload_frame(float floor) {
     const ResidentSet& resident = *chunks.resident();
     std::vector<std::size_t> wanted;
     std::size_t opened = 0;
@@ -215,22 +208,18 @@ Result<void> GpuTriangulator::State::upload_frame(const ScreenError& screen, flo
             frame_words.push_back(word);
     }
     // beyond the demand that ends the budget, none matters: sums of weights stay small
-    demands.clear();
-    for (const TriangleDemand& demand : others) {
-        const double threshold_px = demand.threshold_px > 0.0 ? demand.threshold_px : 0.0;
-        demands.emplace_back(screen.key_of(threshold_px), demand.triangles);
-    }
-    std::ranges::sort(demands, {}, [](const auto& demand) { return demand.first; });
-    const auto budget = static_cast<std::uint32_t>(
-        settings.triangle_budget - 2 * static_cast<std::size_t>(lattice.resident_root_count()));
+    sorted = others;
+    std::ranges::sort(sorted, {}, &internal::WeightedKey::key);
+    const auto budget =
+        static_cast<std::uint32_t>(settings.triangle_budget - internal::root_triangles(lattice));
     std::size_t weight = 0;
     std::uint32_t demand_count = 0;
-    for (auto& [key, triangles] : demands) {
+    for (const internal::WeightedKey& demand : sorted) {
         if (weight > budget) break;
-        triangles = std::min(triangles, budget + 1);
+        const std::uint32_t triangles = std::min(demand.weight, budget + 1);
         weight += triangles;
         ++demand_count;
-        frame_words.push_back(bits_of(key));
+        frame_words.push_back(bits_of(demand.key));
         frame_words.push_back(triangles);
     }
     block.counts = {static_cast<std::uint32_t>(least.size()),
@@ -305,8 +294,8 @@ void GpuTriangulator::State::fill_block(const ScreenError& screen, const View& v
 }
 
 Result<void> GpuTriangulator::State::prepare(const ScreenError& screen, const View& view,
-                                             float floor, std::span<const TriangleDemand> others) {
-    TERRANE_TRY(upload_frame(screen, floor, others));
+                                             float floor) {
+    TERRANE_TRY(upload_frame(floor));
     fill_block(screen, view, floor);
     glNamedBufferSubData(frame.name(), 0, sizeof block, &block);
     return {};
@@ -386,7 +375,7 @@ void GpuTriangulator::State::triangulate() {
 
 // Reports error and status of the mesh: waits for the device.
 void GpuTriangulator::State::report(const ScreenError& screen,
-                                    std::span<const TriangleDemand> others) {
+                                    std::span<const TriangleDemand> demands) {
     const std::vector<std::uint32_t> words = state.read<std::uint32_t>(0, kResiduals + 5);
     mesh.triangle_count = words[kTriangles];
     area_count = words[kAreaTotal];
@@ -409,15 +398,7 @@ void GpuTriangulator::State::report(const ScreenError& screen,
                                           [&](std::size_t index) { return least[index]; });
     internal::report_error(screen, of_frame, threshold, settings.max_error_px,
                            source->is_certified(), parts, mesh);
-    mesh.demand_threshold_px = mesh.threshold_px;
-    mesh.demand_triangles = 0;
-    for (const TriangleDemand& demand : others) {
-        if (screen.key_of(demand.threshold_px > 0.0 ? demand.threshold_px : 0.0) < threshold) {
-            mesh.demand_triangles += demand.triangles;
-        } else {
-            mesh.demand_threshold_px = std::max(mesh.demand_threshold_px, demand.threshold_px);
-        }
-    }
+    internal::grant_demands(demands, others, threshold, mesh);
 }
 
 Result<GpuTriangulator> GpuTriangulator::create(const GlContext& context,
@@ -455,11 +436,11 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     State& s = *state_;
     const internal::HostState host(s.is_hosted);
     TERRANE_TRY(view.validate());
+    s.uploaded = 0;
+    s.mesh = {};  // for read(), should this fail
     if (resident->has_solids()) {
         return fail(ErrorCode::invalid_argument, "the GPU triangulator does not draw volumes yet");
     }
-    s.uploaded = 0;
-    s.mesh = {};
     TERRANE_TRY(s.chunks.follow(std::move(resident)));
     s.mesh.resident = s.chunks.resident();
     if (!s.mesh.resident->has_roots()) {
@@ -473,15 +454,15 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     s.find_least_keys(screen);
     const float target =
         internal::target_key(screen, s.settings.morph_ratio, s.settings.max_error_px);
-    float floor = std::min(target, s.last_threshold > 0.0f ? kFloorMargin * s.last_threshold
-                                                           : screen.key_of(kFirstFloor_px));
+    internal::find_demand_keys(screen, others, s.others);
+    float floor = internal::first_floor(screen, target, s.last_threshold);
     for (;;) {
-        TERRANE_TRY(s.prepare(screen, view, floor, others));
+        TERRANE_TRY(s.prepare(screen, view, floor));
         s.bind();
         s.select();
         s.threshold = s.state.read<float>(kThreshold, 1)[0];
         if (s.threshold < floor || floor == target) break;
-        floor = std::min(target, kFloorStep * floor);
+        floor = internal::next_floor(floor, target);
     }
     s.last_threshold = s.threshold;
     s.triangulate();

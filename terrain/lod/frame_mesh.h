@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
+#include <vector>
 
 namespace terrane::internal {
 
@@ -136,6 +138,24 @@ double fading_error(const ResidentSet& resident, const Reaches& reaches, const S
 /// Key of an error target, pixels: slightly below it, so that the reported error meets the target after it is rounded
 /// up.
 float target_key(const ScreenError& screen, double morph_ratio, double target_px);
+
+/// Triangles of a mesh without an active vertex.
+std::size_t root_triangles(const Lattice& lattice);
+
+/// Floors of the search for a threshold, at most the target's key: the first one, slightly above the last threshold (0:
+/// there is none), and the one after a floor that was too low.
+float first_floor(const ScreenError& screen, float target, float last_threshold);
+float next_floor(float floor, float target);
+
+/// The keys of demands, in their order.
+void find_demand_keys(const ScreenError& screen, std::span<const TriangleDemand> demands,
+                      std::vector<WeightedKey>& keys_out);
+/// Sets what a mesh says of demands, of which those with keys below the threshold are granted. Requires the mesh's
+/// threshold_px.
+///
+/// @param keys of find_demand_keys()
+void grant_demands(std::span<const TriangleDemand> demands, std::span<const WeightedKey> keys,
+                   float threshold, TerrainMesh& mesh_out);
 
 /// What a frame's certified error consists of, besides the threshold. Pixels.
 struct ErrorParts {

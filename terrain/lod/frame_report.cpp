@@ -52,6 +52,45 @@ float target_key(const ScreenError& screen, double morph_ratio, double target_px
     return screen.key_of(target_px / (factor * ScreenError::kRounding * ScreenError::kRounding));
 }
 
+std::size_t root_triangles(const Lattice& lattice) {
+    return 2 * static_cast<std::size_t>(lattice.resident_root_count());
+}
+
+float first_floor(const ScreenError& screen, float target, float last_threshold) {
+    constexpr double kFirst_px = 4096.0;
+    constexpr float kMargin = 1.1f;  // for changes between frames
+    return std::min(target,
+                    last_threshold > 0.0f ? kMargin * last_threshold : screen.key_of(kFirst_px));
+}
+
+float next_floor(float floor, float target) {
+    constexpr float kStep = 3.0f;
+    return std::min(target, kStep * floor);
+}
+
+void find_demand_keys(const ScreenError& screen, std::span<const TriangleDemand> demands,
+                      std::vector<WeightedKey>& keys_out) {
+    keys_out.clear();
+    for (const TriangleDemand& demand : demands) {
+        const double threshold_px = demand.threshold_px > 0.0 ? demand.threshold_px : 0.0;
+        keys_out.push_back({screen.key_of(threshold_px), demand.triangles});
+    }
+}
+
+void grant_demands(std::span<const TriangleDemand> demands, std::span<const WeightedKey> keys,
+                   float threshold, TerrainMesh& mesh_out) {
+    mesh_out.demand_threshold_px = mesh_out.threshold_px;
+    mesh_out.demand_triangles = 0;
+    for (std::size_t i = 0; i < demands.size(); ++i) {
+        if (keys[i].key < threshold) {
+            mesh_out.demand_triangles += demands[i].triangles;
+        } else {
+            mesh_out.demand_threshold_px =
+                std::max(mesh_out.demand_threshold_px, demands[i].threshold_px);
+        }
+    }
+}
+
 void report_error(const ScreenError& screen, const Morph& morph, float threshold, double target_px,
                   bool is_certified, const ErrorParts& parts, TerrainMesh& mesh_out) {
     const double threshold_px = screen.error_px_of(threshold);

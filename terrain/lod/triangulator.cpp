@@ -32,6 +32,7 @@ namespace {
 using internal::Morph;
 using internal::OpenChunk;
 using internal::ResidualError;
+using internal::root_triangles;
 using internal::ScreenError;
 using internal::Selection;
 using internal::SolidSelection;
@@ -40,16 +41,6 @@ using internal::WorkerTeam;
 
 constexpr int kMostWorkers = 64;
 constexpr double kMostMorphRatio = 16.0;
-
-// Floor of the first search, pixels.
-constexpr double kFirstFloor_px = 4096.0;
-// Factor of the floor over the last threshold, to allow for changes between frames; growth of a floor that was too low.
-constexpr float kFloorMargin = 1.1f;
-constexpr float kFloorStep = 3.0f;
-
-std::size_t root_triangles(const Lattice& lattice) {
-    return 2 * static_cast<std::size_t>(lattice.resident_root_count());
-}
 
 }  // namespace
 
@@ -87,24 +78,10 @@ struct Triangulator::State {
     TerrainMesh mesh;
 
     void select(const ResidentSet& resident, const ScreenError& screen);
-    void grant(std::span<const TriangleDemand> demands, double threshold_px);
     void activate_and_morph(const Morph& morph);
     void emit(const ScreenError& screen, const Morph& morph);
     void report(const ScreenError& screen, const Morph& morph);
 };
-
-// Grants the demands whose keys are below the threshold, as counted by the selection.
-void Triangulator::State::grant(std::span<const TriangleDemand> demands, double threshold_px) {
-    mesh.demand_threshold_px = threshold_px;
-    mesh.demand_triangles = 0;
-    for (std::size_t i = 0; i < demands.size(); ++i) {
-        if (others[i].key < threshold) {
-            mesh.demand_triangles += demands[i].triangles;
-        } else {
-            mesh.demand_threshold_px = std::max(mesh.demand_threshold_px, demands[i].threshold_px);
-        }
-    }
-}
 
 // Finds the threshold: the key of the target, or a smaller key if the budget does not suffice.
 void Triangulator::State::select(const ResidentSet& resident, const ScreenError& screen) {
@@ -112,14 +89,13 @@ void Triangulator::State::select(const ResidentSet& resident, const ScreenError&
                                               settings.max_error_px - solids.allowed_px());
     const std::size_t budget =
         settings.triangle_budget - root_triangles(lattice) - solids.reserved_triangles();
-    float floor = std::min(target, last_threshold > 0.0f ? kFloorMargin * last_threshold
-                                                         : screen.key_of(kFirstFloor_px));
+    float floor = internal::first_floor(screen, target, last_threshold);
     for (;;) {
         selection.begin(floor, std::min(last_threshold, floor));
         keys.compute(resident, screen, solids.pins(), floor, selection, team);
         threshold = selection.find(keys.open(), keys.kernels(), budget, team);
         if (threshold < floor || floor == target) break;
-        floor = std::min(target, kFloorStep * floor);
+        floor = internal::next_floor(floor, target);
     }
     last_threshold = threshold;
 }
@@ -265,11 +241,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     state.solids.begin(mesh.resident, screen, state.settings.max_error_px,
                        state.settings.morph_ratio,
                        state.settings.triangle_budget - root_triangles(state.lattice));
-    state.others.clear();
-    for (const TriangleDemand& demand : others) {
-        const double threshold_px = demand.threshold_px > 0.0 ? demand.threshold_px : 0.0;
-        state.others.push_back({screen.key_of(threshold_px), demand.triangles});
-    }
+    internal::find_demand_keys(screen, others, state.others);
     state.selection.set_others(state.others);
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
@@ -281,7 +253,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     mesh.solids = state.solids.drawn();
     mesh.triangle_count = state.triangle_count + state.solids.triangle_count();
     state.report(screen, morph);
-    state.grant(others, mesh.threshold_px);
+    internal::grant_demands(others, state.others, state.threshold, mesh);
     return mesh;
 }
 

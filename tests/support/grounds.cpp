@@ -284,4 +284,13 @@ std::optional<double> first_hit(const std::vector<CornerTriangle>& triangles, co
     return best;
 }
 
+std::shared_ptr<const HeightSource> rolling_hills() {
+    return FractalHeights::create({.seed = 3,
+                                   .octave_count = 6,
+                                   .amplitude = 12.0,
+                                   .wavelength_log2 = 8,
+                                   .root_size_log2 = 11})
+        .value();
+}
+
 }  // namespace terrane::test

@@ -88,4 +88,7 @@ std::vector<CornerTriangle> triangles_of(const Ground& ground, const CellRange& 
 std::optional<double> first_hit(const std::vector<CornerTriangle>& triangles, const WorldPos& from,
                                 const WorldPos& to);
 
+/// Fractal hills of 12 m and wavelengths up to 256 m, on which vehicles drive and characters walk.
+std::shared_ptr<const HeightSource> rolling_hills();
+
 }  // namespace terrane::test

@@ -220,6 +220,17 @@ View moved_view(Random& random, const RandomWorld& world, const View& view) {
     return moved;
 }
 
+View RandomResidence::fly(Random& random, const View* before) {
+    const bool is_jump = before == nullptr || random.below(6) == 0;
+    if (is_jump) {
+        jump(random);
+    } else if (random.below(3) != 0) {
+        step(random);
+    }
+    return is_jump || random.below(8) == 0 ? random_view(random, world_)
+                                           : moved_view(random, world_, *before);
+}
+
 std::string find_difference(const TerrainMesh& a, const TerrainMesh& b) {
     std::ostringstream out;
     out.precision(17);

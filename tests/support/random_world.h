@@ -46,6 +46,10 @@ public:
     void jump(Random& random);
     /// Loads and evicts a few chunks and continues the fades.
     void step(Random& random);
+    /// The next frame of a flight: a set and a view that are independent of those before, or similar.
+    ///
+    /// @param before view of the frame before; null for the first
+    View fly(Random& random, const View* before);
     std::shared_ptr<const ResidentSet> resident() const { return resident_; }
 
 private:

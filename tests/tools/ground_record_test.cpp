@@ -2,10 +2,9 @@
 //
 // Records of what a user does in a view, digs included.
 #include "record/replay.h"
+#include "support/grounds.h"
 #include "support/random.h"
 #include "view/live_history.h"
-
-#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -224,14 +223,7 @@ protected:
         }
     }
 
-    Terrain terrain_{.source = FractalHeights::create({.seed = 3,
-                                                       .octave_count = 6,
-                                                       .amplitude = 12.0,
-                                                       .wavelength_log2 = 8,
-                                                       .root_size_log2 = 11})
-                                   .value(),
-                     .dem = {},
-                     .name = "hills"};
+    Terrain terrain_{.source = test::rolling_hills(), .dem = {}, .name = "hills"};
     std::string path_;
     RunRecorder recorder_;
 };

@@ -2,10 +2,9 @@
 #include "record/replay.h"
 
 #include "commands/journey.h"
+#include "support/grounds.h"
 #include "support/meshes.h"
 #include "support/random.h"
-
-#include <terrane/terrain/fractal_heights.h>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -46,14 +45,7 @@ void PrintTo(Kind kind, std::ostream* out) {
 
 // Rolling hills, with boulders that bodies collide with where they are wanted.
 Terrain make_terrain(Kind kind) {
-    Terrain terrain{.source = FractalHeights::create({.seed = 3,
-                                                      .octave_count = 6,
-                                                      .amplitude = 12.0,
-                                                      .wavelength_log2 = 8,
-                                                      .root_size_log2 = 11})
-                                  .value(),
-                    .dem = {},
-                    .name = "hills"};
+    Terrain terrain{.source = test::rolling_hills(), .dem = {}, .name = "hills"};
     if (kind == Kind::drive_among_boulders) {
         auto objects = std::make_shared<SceneObjects>();
         objects->meshes = {test::make_rock(2, 1)};

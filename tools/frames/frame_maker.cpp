@@ -94,8 +94,9 @@ Result<FrameMaker> FrameMaker::create(std::shared_ptr<const HeightSource> source
 }
 
 Result<void> FrameMaker::set_triangulator(const TriangulatorSettings& settings) {
-    TERRANE_TRY(triangulator_, Triangulator::create(*source_, settings));
+    TERRANE_TRY(Triangulator made, Triangulator::create(*source_, settings));
     if (device_ != nullptr) TERRANE_TRY(device_->change(settings));
+    triangulator_ = std::move(made);
     budget_ = settings.triangle_budget;
     max_error_px_ = settings.max_error_px;
     return {};
@@ -218,8 +219,9 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     record.paging = pager_.stats();
     if (verifier_) {
         const Result<TerrainMesh> mesh = host_mesh();
-        // a mesh that cannot be read has a hole, for whoever checks
-        const Measurement measured = verifier_->measure(mesh ? *mesh : TerrainMesh{}, view);
+        Measurement measured;
+        measured.holes = 1;  // of a mesh that cannot be read
+        if (mesh) measured = verifier_->measure(*mesh, view);
         record.measured_error_px = measured.error_px;
         record.max_pop_px = measured.max_pop_px;
         record.max_pop_elsewhere_px = measured.max_pop_elsewhere_px;

@@ -90,14 +90,7 @@ TEST_P(States, KeepBudgetCertificateAndBitsAndAreWatertight) {
             Triangulator kept = Triangulator::create(world.source(), settings).value();
             View view;
             for (int frame = 0; frame < kFrames; ++frame) {
-                const bool is_jump = frame == 0 || random.below(6) == 0;
-                if (is_jump) {
-                    residence.jump(random);
-                } else if (random.below(3) != 0) {
-                    residence.step(random);
-                }
-                view = is_jump || random.below(8) == 0 ? random_view(random, world)
-                                                       : moved_view(random, world, view);
+                view = residence.fly(random, frame == 0 ? nullptr : &view);
                 SCOPED_TRACE(testing::Message()
                              << "seed " << seed << ", world " << w << " (" << world.describe()
                              << "), flight " << flight << ", frame " << frame << ", budget "

@@ -20,8 +20,8 @@ public:
     ///
     /// @param source must outlive the triangulator
     ///
-    /// Fails: as Triangulator::create(); device_unavailable, naming what is missing, without compute shaders, with
-    ///        products that are not those of IEEE 754, or with more than 4096 root squares
+    /// Fails: as Triangulator::create(); device_unavailable if the device does not compile the shaders or does not
+    ///        round as IEEE 754, or the world has more than 4096 resident root squares
     static Result<GpuTriangulator> create(const GlContext& context, const HeightSource& source,
                                           const TriangulatorSettings& settings);
 
@@ -36,12 +36,12 @@ public:
     ///
     /// Fails:   invalid_argument for an invalid view, and for resident chunks with volumes; device_unavailable if the
     ///          device's memory does not suffice
-    /// Threads: that of the context
+    /// Threads: only the one on which the context is current
     Result<TerrainMesh> update(std::shared_ptr<const ResidentSet> resident, const View& view,
                                std::span<const TriangleDemand> others = {});
 
-    /// The mesh of the last update(), copied from the device: that of Triangulator::update(). Valid until the next
-    /// call.
+    /// Copies the mesh of the last update() to memory, with chunks, indices and offsets as Triangulator::update() makes
+    /// them. Empty if update() failed. Valid until the next call.
     ///
     /// Cost: waits for the device, and copies indices and offsets
     Result<TerrainMesh> read();

@@ -154,7 +154,7 @@ struct FlatMaterial {
     const char* name;  ///< of the material in GroundPalette::alpine
     Colour colour;     ///< under white light that meets the ground at a right angle
 };
-/// All materials; those of other palettes lie where these would.
+/// The materials of GroundPalette::alpine. The materials of other palettes cover the same places, in the same order.
 inline constexpr std::array<FlatMaterial, 6> kFlatMaterials{{{"turf", {0.62f, 0.83f, 0.32f}},
                                                              {"shrub", {0.10f, 0.48f, 0.25f}},
                                                              {"soil", {0.58f, 0.20f, 0.13f}},
