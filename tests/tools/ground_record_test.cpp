@@ -95,8 +95,8 @@ public:
         remember();
     }
     void show(const CameraPose& camera) {
-        for (std::size_t step = cameras_.size(); step <= history_.step_count(); ++step)
-            cameras_[step] = camera;
+        for (std::size_t step = cameras.size(); step <= history_.step_count(); ++step)
+            cameras[step] = camera;
         history_.show(camera);
     }
     Result<void> seek(std::size_t step) {
@@ -106,9 +106,9 @@ public:
 
     std::size_t edit_count() const { return editor_->edits_in_force().size(); }
 
-    std::map<std::size_t, std::uint64_t> hashes_;  // of the state before each step
-    std::map<std::size_t, CameraPose> cameras_;
-    std::map<std::size_t, std::size_t> edits_;  // in force
+    std::map<std::size_t, std::uint64_t> hashes;  // of the state before each step
+    std::map<std::size_t, CameraPose> cameras;
+    std::map<std::size_t, std::size_t> edit_counts;  // in force
 
 private:
     Result<Ground> ground_with(std::span<const GroundEdit> edits) {
@@ -126,11 +126,11 @@ private:
     }
     void remember() {
         const std::size_t now = history_.step_now();
-        hashes_[now] = live_.world().state_hash();
-        edits_[now] = editor_->edits_in_force().size();
-        hashes_.erase(hashes_.upper_bound(now), hashes_.end());
-        edits_.erase(edits_.upper_bound(now), edits_.end());
-        cameras_.erase(cameras_.upper_bound(now), cameras_.end());
+        hashes[now] = live_.world().state_hash();
+        edit_counts[now] = editor_->edits_in_force().size();
+        hashes.erase(hashes.upper_bound(now), hashes.end());
+        edit_counts.erase(edit_counts.upper_bound(now), edit_counts.end());
+        cameras.erase(cameras.upper_bound(now), cameras.end());
     }
 
     std::unique_ptr<GroundEditor> editor_;
@@ -242,7 +242,7 @@ TEST_F(RecordOfAView, HasItsBodiesCamerasAndGroundWhetherPlayedOrSought) {
     EXPECT_LE(history.bytes(), kHistoryBytes);
     EXPECT_EQ(view.live().totals().fell_through, 0u);
     std::set<std::size_t> edit_counts;
-    for (const auto& [step, count] : view.edits_) edit_counts.insert(count);
+    for (const auto& [step, count] : view.edit_counts) edit_counts.insert(count);
     EXPECT_GT(edit_counts.size(), 3u);
     view.history().finish(view.live());
     ASSERT_TRUE(recorder_.commit());
@@ -256,9 +256,9 @@ TEST_F(RecordOfAView, HasItsBodiesCamerasAndGroundWhetherPlayedOrSought) {
     const auto expect_run = [&] {
         const std::size_t step = replay.step_count();
         ASSERT_EQ(replay.frame(), step);
-        ASSERT_EQ(replay.world().state_hash(), view.hashes_.at(step)) << step;
-        ASSERT_EQ(replay.ground_edits().size(), view.edits_.at(step)) << step;
-        const CameraPose& camera = view.cameras_.at(step);
+        ASSERT_EQ(replay.world().state_hash(), view.hashes.at(step)) << step;
+        ASSERT_EQ(replay.ground_edits().size(), view.edit_counts.at(step)) << step;
+        const CameraPose& camera = view.cameras.at(step);
         ASSERT_EQ(replay.view(View()).eye_world, camera.eye_world) << step;
         ASSERT_EQ(replay.camera_velocity(), camera.velocity) << step;
     };
@@ -299,8 +299,8 @@ TEST_F(RecordOfAView, ThePastHasTheGroundThatItHad) {
     ViewOfHills view(diggable, kMemory, nullptr);
     play(view, random, 500);
     ASSERT_FALSE(HasFailure());
-    const auto hashes = view.hashes_;
-    const auto edits = view.edits_;
+    const auto hashes = view.hashes;
+    const auto edits = view.edit_counts;
     ASSERT_EQ(view.history().first_step(), 0u);
     for (int i = 0; i < 20; ++i) {
         const auto step =
