@@ -228,11 +228,12 @@ void GpuTimer::collect() {
         Turn& turn = turns_[(turn_ + i) % turns_.size()];
         if (!turn.is_pending) continue;
         GLint is_available = 0;
-        glGetQueryObjectiv(turn.query.name(), GL_QUERY_RESULT_AVAILABLE, &is_available);
+        glGetQueryObjectiv(turn.last.name(), GL_QUERY_RESULT_AVAILABLE, &is_available);
         if (is_available == GL_FALSE) return;
-        GLuint64 nanoseconds = 0;
-        glGetQueryObjectui64v(turn.query.name(), GL_QUERY_RESULT, &nanoseconds);
-        last_ms_ = 1e-6 * static_cast<double>(nanoseconds);
+        GLuint64 first = 0, last = 0;
+        glGetQueryObjectui64v(turn.first.name(), GL_QUERY_RESULT, &first);
+        glGetQueryObjectui64v(turn.last.name(), GL_QUERY_RESULT, &last);
+        last_ms_ = 1e-6 * static_cast<double>(last - first);
         turn.is_pending = false;
     }
 }
@@ -243,17 +244,18 @@ void GpuTimer::begin() {
     is_active_ = !next.is_pending;
     if (!is_active_) return;
     turn_ = (turn_ + 1) % turns_.size();
-    if (next.query.name() == 0) {
+    for (GlQuery* query : {&next.first, &next.last}) {
+        if (query->name() != 0) continue;
         GLuint name = 0;
-        glCreateQueries(GL_TIME_ELAPSED, 1, &name);
-        next.query = GlQuery(name);
+        glCreateQueries(GL_TIMESTAMP, 1, &name);
+        *query = GlQuery(name);
     }
-    glBeginQuery(GL_TIME_ELAPSED, next.query.name());
+    glQueryCounter(next.first.name(), GL_TIMESTAMP);
 }
 
 void GpuTimer::end() {
     if (!is_active_) return;
-    glEndQuery(GL_TIME_ELAPSED);
+    glQueryCounter(turns_[turn_].last.name(), GL_TIMESTAMP);
     turns_[turn_].is_pending = true;
     is_active_ = false;
 }

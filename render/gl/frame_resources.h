@@ -102,23 +102,24 @@ struct QueryKind {
 };
 using GlQuery = GlObject<QueryKind>;
 
-/// Measures the device time of a frame's commands without waiting for the result.
+/// Measures the device time of a frame's commands, by time stamps, without waiting for the result.
 ///
-/// Cycles through three queries. A frame is not measured if the query to be reused has no result yet.
+/// Cycles through three pairs of queries. A frame is not measured if the pair to be reused has no result yet.
 class GpuTimer {
 public:
-    /// Call begin() before and end() after the commands of a frame; no other time query may be active between them.
+    /// Call begin() before and end() after the commands of a frame.
     void begin();
     void end();
-    /// Device time of the most recent frame whose result has arrived, milliseconds; none before the first result.
+    /// Reads the results that have arrived.
+    void collect();
+    /// Device time of the most recent frame whose result was read, milliseconds; none before the first result.
     std::optional<double> last_ms() const { return last_ms_; }
 
 private:
     struct Turn {
-        GlQuery query;
+        GlQuery first, last;
         bool is_pending = false;
     };
-    void collect();
 
     std::array<Turn, 3> turns_;
     std::size_t turn_ = 0;

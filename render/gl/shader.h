@@ -32,7 +32,7 @@ extern const std::string_view lod_coarse_glsl, lod_error_glsl, lod_cells_glsl;
 extern const std::string_view lod_error_least_comp, lod_cell_candidates_comp;
 extern const std::string_view lod_held_candidates_comp, lod_slope_comp;
 extern const std::string_view lod_coarse_candidates_comp, lod_error_comp;
-extern const std::string_view lod_probe_comp;
+extern const std::string_view lod_probe_comp, lod_above_comp;
 extern const std::string_view lod_open_comp, lod_scan_comp, lod_list_comp, lod_coarse_comp;
 extern const std::string_view lod_coarse_trim_comp;
 extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_count_keys_comp;

@@ -58,6 +58,7 @@ const uint kCandidates = 168u;    // number of candidates of lod_error.comp
 const uint kErrorGroups = 169u;   // three words
 const uint kHeldGroups = 172u, kCellGroups = 175u;  // three words: areas with held vertices, with cells of lod_cells.glsl
 const uint kSlope = 178u;          // bits of the slope of morphs
+const uint kAbove = 179u;          // of lod_above.comp: bit 0, a triangle is below or above the place; bit 1, one is above
 const uint kBins = 184u;
 const uint kBinCount = 2048u;
 const uint kRootTriangles = kBins + kBinCount;  // first triangle of each root's coarse triangles; 4096 roots at most

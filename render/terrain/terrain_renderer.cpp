@@ -151,7 +151,7 @@ struct TerrainRenderer::State {
     GroundCasters ground_casters = GroundCasters::all;
     VolumeDraws solids;
     SceneObjects scene;
-    std::optional<GpuTimer> timer;  // none for software rasterisers
+    GpuTimer timer;
     DrawCounts counts;
 
     State(Framebuffer target, GroundShade made_shade, const std::string& lighting,
@@ -303,11 +303,7 @@ Result<TerrainRenderer> TerrainRenderer::create(GlContext& context, int width_px
     state->context = context.keep_alive();
     state->settings = settings;
     state->is_hosted = context.is_adopted();
-    if (context.is_software()) {
-        state->ground_casters = GroundCasters::backs;
-    } else if (!context.is_adopted()) {
-        state->timer.emplace();
-    }
+    if (context.is_software()) state->ground_casters = GroundCasters::backs;
     if (settings.ground_look) state->materials.emplace(settings, features.anisotropy);
     TERRANE_TRY(state->make_programs(lighting));
     state->make_buffers();
@@ -361,7 +357,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         state.sky->bind();
     }
 
-    if (state.timer) state.timer->begin();
+    state.timer.begin();
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GEQUAL);
@@ -391,7 +387,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
     state.scene.finish();
     state.draws.finish();
     state.shade.draw(state.picture, has_overlay);
-    if (state.timer) state.timer->end();
+    state.timer.end();
     if (mesh.resident != nullptr) {
         state.shade.finish();
         if (state.imagery) state.imagery->finish();
@@ -405,7 +401,7 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
                     .textures_reduced = state.scene.reduced_texture_count(),
                     .imagery_squares = state.imagery ? state.imagery->square_count() : 0,
                     .imagery_failures = state.imagery ? state.imagery->failure_count() : 0,
-                    .gpu_ms = state.timer ? state.timer->last_ms() : std::nullopt};
+                    .gpu_ms = state.timer.last_ms()};
     return {};
 }
 

@@ -9,6 +9,7 @@
 // The shaders lod_*.comp repeat terrain/lod for one area, square or vertex in an invocation.
 #include "base/vector_math.h"
 #include "chunk/chunk_vertices.h"
+#include "gl/frame_resources.h"
 #include "gl/gl_object.h"
 #include "gl/host_state.h"
 #include "gl/shader.h"
@@ -51,7 +52,7 @@ constexpr std::uint32_t kRootVertex = 0x80000000u;  // first number of the roots
 constexpr std::size_t kAreaTotal = 0, kThreshold = 1, kTriangles = 5, kDraw = 8, kResiduals = 160;
 constexpr std::size_t kLevelGroups = 20, kAllGroups = 96;
 constexpr std::size_t kSearchGroups = 128, kPickGroups = 144;
-constexpr std::size_t kErrorGroups = 169, kHeldGroups = 172, kCellGroups = 175;
+constexpr std::size_t kErrorGroups = 169, kHeldGroups = 172, kCellGroups = 175, kAbove = 179;
 constexpr std::size_t kRootTriangles = 184 + 2048,
                       kStateWords = kRootTriangles + DeviceChunks::kMostRoots;
 
@@ -90,10 +91,12 @@ struct GpuTriangulator::State {
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
         coarse_morph, morph, tally, coarse_mesh, sum, emit, slope, error_least, cell_candidates,
-        held_candidates, coarse_candidates, error;
+        held_candidates, coarse_candidates, error, above;
     DeviceChunks chunks;
     GlBuffer frame;
     DeviceArray state, work, keys, offsets, indices;
+
+    internal::GpuTimer timer;
 
     // per frame
     FrameBlock block{};
@@ -124,7 +127,8 @@ struct GpuTriangulator::State {
     void run_indirect(const GlProgram& program, std::size_t word) const;
     void select();
     void triangulate();
-    void report(const ScreenError& screen, std::span<const TriangleDemand> demands);
+    void report(const ScreenError& screen, std::span<const std::uint32_t> words,
+                std::span<const TriangleDemand> demands);
 };
 
 Result<void> GpuTriangulator::State::compile() {
@@ -167,6 +171,7 @@ Result<void> GpuTriangulator::State::compile() {
                 make("lod_coarse_candidates", {lod_glsl, lod_keys_glsl, lod_coarse_glsl,
                                                lod_error_glsl, lod_coarse_candidates_comp}));
     TERRANE_TRY(error, make("lod_error", {lod_glsl, lod_error_glsl, lod_error_comp}));
+    TERRANE_TRY(above, make("lod_above", {lod_glsl, lod_above_comp}));
     return {};
 }
 
@@ -373,10 +378,9 @@ void GpuTriangulator::State::triangulate() {
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT | GL_ELEMENT_ARRAY_BARRIER_BIT);
 }
 
-// Reports error and status of the mesh: waits for the device.
-void GpuTriangulator::State::report(const ScreenError& screen,
+// Reports error and status of the mesh.
+void GpuTriangulator::State::report(const ScreenError& screen, std::span<const std::uint32_t> words,
                                     std::span<const TriangleDemand> demands) {
-    const std::vector<std::uint32_t> words = state.read<std::uint32_t>(0, kResiduals + 5);
     mesh.triangle_count = words[kTriangles];
     area_count = words[kAreaTotal];
     const auto residual = [&](std::size_t i) {
@@ -456,17 +460,23 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
         internal::target_key(screen, s.settings.morph_ratio, s.settings.max_error_px);
     internal::find_demand_keys(screen, others, s.others);
     float floor = internal::first_floor(screen, target, s.last_threshold);
+    // the triangles of a floor that was too low are in vain, but the frame waits for the device only once
+    std::vector<std::uint32_t> words;
     for (;;) {
         TERRANE_TRY(s.prepare(screen, view, floor));
         s.bind();
+        s.timer.begin();
         s.select();
-        s.threshold = s.state.read<float>(kThreshold, 1)[0];
+        s.triangulate();
+        s.timer.end();
+        words = s.state.read<std::uint32_t>(0, kResiduals + 5);
+        s.threshold = std::bit_cast<float>(words[kThreshold]);
         if (s.threshold < floor || floor == target) break;
         floor = internal::next_floor(floor, target);
     }
     s.last_threshold = s.threshold;
-    s.triangulate();
-    s.report(screen, others);
+    s.report(screen, words, others);
+    s.timer.collect();
     s.device.indices = s.indices.name();
     s.device.commands = s.state.name();
     s.device.command_byte = 4 * kDraw;
@@ -558,11 +568,39 @@ Result<TerrainMesh> GpuTriangulator::read() {
     return mesh;
 }
 
+Result<bool> GpuTriangulator::is_above_ground(const WorldPos& place) {
+    State& s = *state_;
+    if (s.mesh.device == nullptr) return false;
+    const internal::HostState host(s.is_hosted);
+    s.bind();
+    constexpr std::uint32_t kNothing = 0;
+    s.state.write(4 * kAbove, &kNothing, sizeof kNothing);
+    const std::span<const ResidentChunk> chunks = s.mesh.resident->chunks();
+    for (std::size_t i = 0; i < chunks.size(); ++i) {
+        if (s.chunks.slot_of(i) == DeviceChunks::kNone) continue;
+        const Chunk& chunk = *chunks[i];
+        const double spacing = s.lattice.spacing * static_cast<double>(chunk.step);
+        const double x = place.x() - s.lattice.x(chunk.corner.x);
+        const double y = place.y() - s.lattice.y(chunk.corner.y);
+        // wider than the margin of the triangles
+        if (std::min(x, y) < -spacing || std::max(x, y) > (kChunkCells + 1) * spacing) continue;
+        glProgramUniform1ui(s.above.name(), 0, static_cast<GLuint>(i));
+        glProgramUniform4d(s.above.name(), 1, x, y, place.z(), spacing);
+        State::run(s.above, 1);
+    }
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    const bool is_above = s.state.read<std::uint32_t>(kAbove, 1)[0] == 1;
+    TERRANE_TRY(internal::check_gl("find the triangles below a place"));
+    return is_above;
+}
+
 std::size_t GpuTriangulator::device_bytes() const {
     const State& s = *state_;
     return sizeof(FrameBlock) + s.chunks.bytes() + s.state.bytes() + s.work.bytes() +
            s.keys.bytes() + s.offsets.bytes() + s.indices.bytes();
 }
+
+std::optional<double> GpuTriangulator::gpu_ms() const { return state_->timer.last_ms(); }
 
 std::size_t GpuTriangulator::area_count() const { return state_->area_count; }
 

@@ -13,7 +13,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <utility>
+#include <vector>
+
+namespace terrane::internal {
+bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place);
+}  // namespace terrane::internal
 
 namespace terrane::test {
 namespace gpu_triangulator_test {
@@ -37,11 +43,38 @@ TriangulatorSettings random_settings(Random& random, const RandomWorld& world) {
 // Whether a bound of the device is at least that of the CPU, and at most 0.1 % larger.
 bool is_bound(double cpu, double gpu) { return cpu == gpu || (cpu <= gpu && gpu <= 1.001 * cpu); }
 
+// Demands of objects: none in half of the states, else up to 20, some infinite or never granted.
+std::vector<TriangleDemand> random_demands(Random& random) {
+    std::vector<TriangleDemand> demands;
+    if (random.below(2) == 0) return demands;
+    for (int i = random.below(20); i > 0; --i) {
+        const double unusual = random.below(2) == 0 ? std::numeric_limits<double>::infinity() : 0.0;
+        demands.push_back(
+            {.threshold_px = random.below(8) == 0 ? unusual : random_magnitude(random, 0.01, 1e4),
+             .triangles = static_cast<std::uint32_t>(random_magnitude(random, 1.0, 5000.0))});
+    }
+    return demands;
+}
+
+// Places around the drawn ground: the eye, and points over and beside the world.
+std::vector<WorldPos> random_places(Random& random, const RandomWorld& world, const View& view) {
+    std::vector<WorldPos> places{view.eye_world};
+    const WorldRect extent = world.source().extent();
+    const double side = extent.east - extent.west;
+    for (int i = 0; i < 4; ++i) {
+        const double x = random.between(extent.west - 0.1 * side, extent.east + 0.1 * side);
+        const double y = random.between(extent.south, extent.north);
+        const double z = world.source().height(std::clamp(x, extent.west, extent.east), y);
+        places.emplace_back(x, y, z + 0.05 * side * random.between(-1.0, 1.0));
+    }
+    return places;
+}
+
 TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
     const GlContext context = GlContext::create(GlChecks::on).value();
     const std::uint64_t seed = 7;
     Random random(seed);
-    int counted = 0;
+    int counted = 0, above = 0, not_above = 0, granted = 0, refused = 0;
     for (int w = 0; w < kWorlds; ++w) {
         const RandomWorld world(random, 12);
         RandomResidence residence(world);
@@ -60,8 +93,9 @@ TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
                              << settings.triangle_budget << ", target " << settings.max_error_px
                              << " px, ratio " << settings.morph_ratio << ", eye "
                              << view.eye_world.transpose());
-                const TerrainMesh expected = cpu.update(residence.resident(), view);
-                const Result<TerrainMesh> updated = gpu.update(residence.resident(), view);
+                const std::vector<TriangleDemand> demands = random_demands(random);
+                const TerrainMesh expected = cpu.update(residence.resident(), view, demands);
+                const Result<TerrainMesh> updated = gpu.update(residence.resident(), view, demands);
                 ASSERT_TRUE(updated.has_value()) << updated.error().message;
                 const Result<TerrainMesh> read = gpu.read();
                 ASSERT_TRUE(read.has_value()) << read.error().message;
@@ -74,11 +108,26 @@ TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
                 TerrainMesh mesh = *read;
                 mesh.error_px = expected.error_px;
                 ASSERT_EQ(find_difference(expected, mesh), "");
+                ASSERT_EQ(mesh.demand_threshold_px, expected.demand_threshold_px);
+                ASSERT_EQ(mesh.demand_triangles, expected.demand_triangles);
+                std::size_t wanted = 0;
+                for (const TriangleDemand& demand : demands) wanted += demand.triangles;
+                granted += mesh.demand_triangles > 0;
+                refused += mesh.demand_triangles < wanted;
+                for (const WorldPos& place : random_places(random, world, view)) {
+                    const bool is_above = internal::is_above_drawn_ground(expected, place);
+                    ASSERT_EQ(gpu.is_above_ground(place).value(), is_above) << place.transpose();
+                    ++(is_above ? above : not_above);
+                }
                 ++counted;
             }
         }
     }
     EXPECT_EQ(counted, kWorlds * kFlights * kFrames);
+    EXPECT_GT(above, counted / 4);
+    EXPECT_GT(not_above, counted / 4);
+    EXPECT_GT(granted, counted / 8);
+    EXPECT_GT(refused, counted / 8);
 }
 
 TEST(GpuTriangulator, DrawsThePicturesOfTheCpu) {

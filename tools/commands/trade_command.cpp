@@ -120,9 +120,9 @@ Json summarize_fronts(const Json& document) {
         }
         std::vector<std::string> sentences = table["findings"];
         if (!labels.empty()) {
-            sentences.insert(sentences.begin(), fmt::format("{}", fmt::join(labels, "; ")));
+            sentences.insert(sentences.begin(), fmt::format("{}.", fmt::join(labels, "; ")));
         }
-        summary[name_of(table)] = fmt::format("{}", fmt::join(sentences, ". "));
+        summary[name_of(table)] = fmt::format("{}", fmt::join(sentences, " "));
     }
     for (const Json& dial : document["idle_dials"]) {
         summary[name_of(dial)] = "not measured: " + dial["reason"].get<std::string>();

@@ -24,7 +24,7 @@ std::string header(std::span<const std::string> extra_columns) {
         "chunks_resident,resident_bytes,late_chunks,max_pop_px,"
         "status,threshold_px,max_pop_elsewhere_px,points,holes,in_flight_bytes,chunks_loaded,"
         "chunks_evicted,late,solid_triangles,max_solid_pop_px,draw_ms,objects_drawn,objects_culled,"
-        "objects_left_out,object_triangles,objects_ms,objects_occluded";
+        "objects_left_out,object_triangles,objects_ms,objects_occluded,gpu_ms";
     for (const std::string& name : extra_columns) line += "," + name;
     return line + "\n";
 }
@@ -33,7 +33,7 @@ std::string csv_line(const FrameRecord& r) {
     std::string line = fmt::format(
         "{},{},{},{},{},{},{},{},{:.4f},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}"
         ","
-        "{:.4f},{}",
+        "{:.4f},{},{}",
         r.time, r.eye_world.x(), r.eye_world.y(), r.eye_world.z(), r.triangles, r.budget,
         r.error_px, number_or_nothing(r.measured_error_px), r.update_ms, r.paging.resident_chunks,
         r.paging.resident_bytes, r.paging.late_chunks, number_or_nothing(r.max_pop_px),
@@ -42,7 +42,7 @@ std::string csv_line(const FrameRecord& r) {
         r.paging.loaded, r.paging.evicted, r.is_late() ? 1 : 0, r.solid_triangles,
         number_or_nothing(r.max_solid_pop_px), r.draw_ms ? fmt::format("{:.4f}", *r.draw_ms) : "",
         r.objects_drawn, r.objects_culled, r.objects_left_out, r.object_triangles, r.objects_ms,
-        r.objects_occluded);
+        r.objects_occluded, r.gpu_ms ? fmt::format("{:.4f}", *r.gpu_ms) : "");
     for (const double value : r.extra) line += fmt::format(",{}", value);
     return line + "\n";
 }
@@ -162,6 +162,11 @@ nlohmann::ordered_json summarize(std::span<const FrameRecord> frames, std::size_
         summary["draw_ms_median"] = percentile(
             values_of(frames, [](const FrameRecord& r) { return r.draw_ms.value_or(0.0); }), 0.5);
     }
+    std::vector<double> gpu_times;
+    for (const FrameRecord& frame : frames) {
+        if (frame.gpu_ms) gpu_times.push_back(*frame.gpu_ms);
+    }
+    if (!gpu_times.empty()) summary["gpu_ms_median"] = percentile(std::move(gpu_times), 0.5);
     if (!frames.empty() && frames.front().has_objects) add_objects(frames, summary);
     summary["late_frames"] = count_if([](const FrameRecord& r) { return r.is_late(); });
     const ExcessError excess = add_up_excess_error(frames, fps);

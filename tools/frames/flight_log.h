@@ -37,7 +37,10 @@ struct FrameRecord {
     std::optional<std::size_t> holes;
     std::optional<double> max_solid_pop_px;
     std::optional<double> draw_ms;  ///< until the picture can be read, if one is drawn
-    bool has_objects = false;       ///< whether a scene has objects; otherwise the next six are 0
+    /// Device time of triangulation and drawing, as last reported: of this frame, or of one of the three before; none if
+    /// nothing is drawn
+    std::optional<double> gpu_ms;
+    bool has_objects = false;  ///< whether a scene has objects; otherwise the next six are 0
     std::size_t objects_drawn = 0;
     std::size_t objects_culled = 0;    ///< out of view
     std::size_t objects_left_out = 0;  ///< in view, but not drawn at the threshold

@@ -58,8 +58,8 @@ bool FrameHorizon::pays(const ObjectCounts& culled) {
     return has_paid_;
 }
 
-bool FrameHorizon::holds_for(const TerrainMesh& mesh) {
-    if (!has_map_ || map_.holds_for(mesh)) return true;
+bool FrameHorizon::holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above) {
+    if (!has_map_ || map_.holds_for(mesh, is_eye_above)) return true;
     leave_out();
     return false;
 }
@@ -141,16 +141,20 @@ TerrainMesh FrameMaker::triangulate(const View& view) {
         objects_ && objects_->can_be_hidden() ? horizon_.begin(resident, view) : nullptr;
     mesh_ = update_mesh(resident, view, begin_frame(view, horizon_map));
     if (!horizon_.has_map()) return mesh_;
-    // the map needs the triangles below the eye
-    const Result<TerrainMesh> in_memory = host_mesh();
-    if (in_memory && horizon_.holds_for(*in_memory)) return mesh_;
+    std::optional<bool> is_eye_above;
+    if (mesh_.device != nullptr) {
+        is_eye_above = device_->is_above_ground(view.eye_world).value_or(false);
+    }
+    if (horizon_.holds_for(mesh_, is_eye_above)) return mesh_;
     return update_mesh(resident, view, with_kept_free(objects_->begin_again(view)));
 }
 
 void FrameMaker::add_frame_time(const FrameRecord& frame) {
     if (!governor_) return;
-    governor_->add_frame(frame.update_ms + frame.draw_ms.value_or(0.0), frame.triangles,
-                         frame.threshold_px > frame.max_error_px);
+    // a window's commands are sent before the device is done with them
+    const double ms =
+        std::max(frame.update_ms + frame.draw_ms.value_or(0.0), frame.gpu_ms.value_or(0.0));
+    governor_->add_frame(ms, frame.triangles, frame.threshold_px > frame.max_error_px);
 }
 
 void FrameMaker::load_until_stable(const View& view, std::span<const BodyNeed> bodies,
@@ -215,6 +219,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     record.threshold_px = frame.mesh.threshold_px;
     record.status = frame.mesh.status;
     record.is_from_device = frame.mesh.device != nullptr;
+    if (record.is_from_device) record.gpu_ms = device_->gpu_ms();
     record.update_ms = taken.count();
     record.paging = pager_.stats();
     if (verifier_) {

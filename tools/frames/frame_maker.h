@@ -40,7 +40,9 @@ public:
 
     /// Whether the errors of a mesh are within the map's limits, so that the hidden objects are behind the drawn
     /// ground; true without a map. If false, cull and triangulate again without the map.
-    bool holds_for(const TerrainMesh& mesh);
+    ///
+    /// @param is_eye_above see HorizonMap::holds_for()
+    bool holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above);
 
     /// Ends the frame.
     ///

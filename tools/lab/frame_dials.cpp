@@ -8,11 +8,13 @@
 #include "program/progress.h"
 
 #include <terrane/playback/camera_path.h>
+#include <terrane/render/gpu_triangulator.h>
 #include <terrane/render/terrain_renderer.h>
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -45,6 +47,24 @@ struct FlightTruth {
     double error_px = 0.0;    ///< largest error by brute force
     double max_pop_px = 0.0;  ///< largest movement from a frame to the next
 };
+
+/// What makes the meshes of a flight.
+struct MeshMaker {
+    std::function<Result<TerrainMesh>(const std::shared_ptr<const ResidentSet>&, const View&)> make;
+    std::function<Result<TerrainMesh>()> read =
+        {};                       ///< the last mesh, in memory; empty if it always is
+    Clock clock = Clock::thread;  ///< of its time
+};
+
+/// Fails for settings that Triangulator::create() refuses.
+Result<MeshMaker> mesh_maker(const HeightSource& source, const TriangulatorSettings& settings) {
+    TERRANE_TRY(Triangulator made, Triangulator::create(source, settings));
+    const auto shared = std::make_shared<Triangulator>(std::move(made));
+    return MeshMaker{
+        .make = [shared](const auto& resident, const View& view) -> Result<TerrainMesh> {
+            return shared->update(resident, view);
+        }};
+}
 
 /// Moments of a flight over a terrain, each with two consecutive frames. All chunks that the finest settings of the
 /// dials can draw are resident, so that paging does not affect the measurements.
@@ -85,16 +105,18 @@ public:
         return ground;
     }
 
-    /// Measures the frames of the first moments. Fails for settings that Triangulator::create() refuses.
-    Result<FlightTruth> verify(const TriangulatorSettings& settings) const {
+    /// Measures the frames of the first moments. Fails as `maker`.
+    Result<FlightTruth> verify(const MeshMaker& maker) const {
         constexpr std::size_t kPoints = 20'000;
-        TERRANE_TRY(Triangulator triangulator, Triangulator::create(*source_, settings));
         FlightTruth truth;
         for (std::size_t i = 0; i < verified_moments_; ++i) {
             const Moment& moment = moments_[i];
             Verifier verifier(*source_, kPoints);
             for (const View& view : {moment.view, moment.next}) {
-                const TerrainMesh mesh = triangulator.update(moment.resident, view);
+                TERRANE_TRY(TerrainMesh mesh, maker.make(moment.resident, view));
+                if (maker.read) {
+                    TERRANE_TRY(mesh, maker.read());
+                }
                 const Measurement measured = verifier.measure(mesh, view);
                 truth.error_px = std::max(truth.error_px, measured.error_px);
                 truth.max_pop_px = std::max(
@@ -105,14 +127,13 @@ public:
     }
 
     /// Makes all frames, and draws the first one. Returns the values of kPixelColumns.
-    Result<TradeSample> fly(const TriangulatorSettings& settings, const FlightTruth& truth) {
-        TERRANE_TRY(Triangulator triangulator, Triangulator::create(*source_, settings));
+    Result<TradeSample> fly(const MeshMaker& maker, const FlightTruth& truth) {
         std::vector<double> update_ms;
         double draw_ms = 0.0, error_px = 0.0, triangles = 0.0;
         for (const Moment& moment : moments_) {
             for (const View& view : {moment.view, moment.next}) {
-                const Stopwatch watch(Clock::thread);
-                const TerrainMesh mesh = triangulator.update(moment.resident, view);
+                const Stopwatch watch(maker.clock);
+                TERRANE_TRY(const TerrainMesh mesh, maker.make(moment.resident, view));
                 update_ms.push_back(watch.ms());
                 error_px = std::max(error_px, mesh.error_px);
                 triangles += static_cast<double>(mesh.triangle_count);
@@ -127,6 +148,24 @@ public:
                            truth.error_px,
                            truth.max_pop_px,
                            triangles / static_cast<double>(update_ms.size())};
+    }
+
+    /// Makes the meshes on the device; none without a device that can. Valid while the ground is.
+    std::optional<MeshMaker> device_mesh_maker(const TriangulatorSettings& settings) {
+        if (device_ == nullptr) return {};
+        device_->context.make_current();
+        Result<GpuTriangulator> made =
+            GpuTriangulator::create(device_->context, *source_, settings);
+        if (!made) return {};
+        const auto shared = std::make_shared<GpuTriangulator>(*std::move(made));
+        return MeshMaker{
+            .make =
+                [shared, device = device_.get()](const auto& resident, const View& view) {
+                    device->context.make_current();
+                    return shared->update(resident, view);
+                },
+            .read = [shared] { return shared->read(); },
+            .clock = Clock::wall};
     }
 
 private:
@@ -144,8 +183,9 @@ private:
 
     void open_device(bool is_quick) {
         Result<GlContext> context = GlContext::create();
+        if (!context) return;
         // a software rasteriser takes seconds for the largest meshes
-        if (!context || (is_quick && context->is_software())) return;
+        draws_ = !is_quick || !context->is_software();
         RendererSettings settings;
         if (context->is_software()) settings.sample_count = 1;
         const View& view = moments_.front().view;
@@ -157,7 +197,7 @@ private:
 
     // Draws a mesh. Returns the milliseconds until the picture can be read; NaN without a device.
     Result<double> draw(const TerrainMesh& mesh, const View& view) {
-        if (device_ == nullptr) return std::numeric_limits<double>::quiet_NaN();
+        if (device_ == nullptr || !draws_) return std::numeric_limits<double>::quiet_NaN();
         device_->context.make_current();
         const Stopwatch watch(Clock::wall);
         TERRANE_TRY(device_->renderer.draw(mesh, view));
@@ -169,6 +209,7 @@ private:
     std::vector<Moment> moments_;
     std::size_t verified_moments_ = 1;
     std::unique_ptr<Device> device_;  // null if none can be opened
+    bool draws_ = false;
 };
 
 /// The flights over each terrain, shared by all pixel dials.
@@ -183,17 +224,17 @@ CommandResult<std::shared_ptr<FlightGround>> find_flight_ground(FlightGrounds& g
     return made;
 }
 
-TradeTrial flight_trial(std::string label, const TriangulatorSettings& settings,
+TradeTrial flight_trial(std::string label, const MeshMaker& maker,
                         const std::shared_ptr<FlightGround>& ground,
                         std::optional<double> value = {}) {
     const auto measure =
-        [settings, ground,
+        [maker, ground,
          truth = std::make_shared<std::optional<FlightTruth>>()]() -> CommandResult<TradeSample> {
         if (!*truth) {
-            TERRANE_TRY(const FlightTruth verified, ground->verify(settings));
+            TERRANE_TRY(const FlightTruth verified, ground->verify(maker));
             *truth = verified;
         }
-        TERRANE_TRY(const TradeSample sample, ground->fly(settings, **truth));
+        TERRANE_TRY(const TradeSample sample, ground->fly(maker, **truth));
         return sample;
     };
     return {std::move(label), measure, value};
@@ -207,8 +248,10 @@ Dial pixel_dial(const std::shared_ptr<FlightGrounds>& grounds, Dial dial,
         TERRANE_TRY(const auto ground, find_flight_ground(*grounds, place));
         const TriangulatorSettings fixed{.triangle_budget = 1'000'000};
         return make_trials(
-            values, fixed, place.is_quick, [&](double value, const TriangulatorSettings& settings) {
-                return flight_trial(fmt::format("{:.6g}", value), settings, ground, value);
+            values, fixed, place.is_quick,
+            [&](double value, const TriangulatorSettings& settings) -> CommandResult<TradeTrial> {
+                TERRANE_TRY(const MeshMaker maker, mesh_maker(*place.terrain->source, settings));
+                return flight_trial(fmt::format("{:.6g}", value), maker, ground, value);
             });
     };
     return dial;
@@ -225,13 +268,15 @@ TradeTrials prepare_presets(FlightGrounds& grounds, const TradePlace& place) {
     TERRANE_TRY(const auto flight, find_flight_ground(grounds, place));
     TERRANE_TRY(const Ground ground, load_contact_ground(*place.terrain, 0.0));
     const std::vector known(presets().begin(), presets().end());
-    return make_trials(known, [&](const Preset& preset) {
+    return make_trials(known, [&](const Preset& preset) -> CommandResult<TradeTrial> {
         const DropTrial drop{.count = place.is_quick ? std::size_t{40} : std::size_t{200},
                              .seconds = 1.0,
                              .dt = preset_value(preset, "--dt").value(),
                              .world = {.max_substep = preset_value(preset, "--substep").value(),
                                        .collide_bodies = false}};
-        TradeTrial trial = flight_trial(std::string(preset.name), triangulator_of(preset), flight);
+        TERRANE_TRY(const MeshMaker maker,
+                    mesh_maker(*place.terrain->source, triangulator_of(preset)));
+        TradeTrial trial = flight_trial(std::string(preset.name), maker, flight);
         trial.measure = [fly = trial.measure, drop, ground]() -> CommandResult<TradeSample> {
             TERRANE_TRY(TradeSample sample, fly());
             TERRANE_TRY(const DropFigures dropped, run_drop_trial(drop, ground));
@@ -268,6 +313,28 @@ Dial preset_dial(const std::shared_ptr<FlightGrounds>& grounds) {
     dial.columns.push_back({"max_depth_m", "penetration", "m"});
     dial.columns.push_back({"drift", "energy gained over lost", "share"});
     return dial;
+}
+
+// The triangles of one budget from the CPU and, if there is a device, from the device.
+TradeTrials prepare_triangulators(FlightGrounds& grounds, const TradePlace& place) {
+    TERRANE_TRY(const auto flight, find_flight_ground(grounds, place));
+    const TriangulatorSettings settings{
+        .triangle_budget = place.is_quick ? std::size_t{30'000} : std::size_t{100'000},
+        .max_error_px = 0.01};
+    const HeightSource& source = *place.terrain->source;
+    TERRANE_TRY(const MeshMaker of_cpu, mesh_maker(source, settings));
+    std::vector<TradeTrial> trials{flight_trial("cpu", of_cpu, flight)};
+    if (const auto of_device = flight->device_mesh_maker(settings))
+        trials.push_back(flight_trial("gpu", *of_device, flight));
+    return trials;
+}
+
+std::vector<std::string> compare_triangulators(const TradeTable& table) {
+    if (table.rows.size() < 2) return {"No device makes the triangles here."};
+    const std::size_t column = column_index(table.dial, "update_ms");
+    return {fmt::format("The same triangles take the device {:.3g} times the time of the CPU.",
+                        ratio_or_zero(table.rows.back().figures[column].median,
+                                      table.rows.front().figures[column].median))};
 }
 
 }  // namespace
@@ -314,6 +381,17 @@ std::vector<Dial> pixel_dials() {
                             s.max_error_px = 2.0;
                             s.morph_ratio = v;
                         }}),
+        {.key = "triangulator",
+         .title = "What makes the triangles",
+         .text =
+             "The same flight; 100,000 triangles. The time of the CPU is that of its thread, the "
+             "time of the device is that of the frame.",
+         .columns = kPixelColumns,
+         .cost = "update_ms",
+         .loss = "error_px",
+         .prepare =
+             [grounds](const TradePlace& place) { return prepare_triangulators(*grounds, place); },
+         .find = compare_triangulators},
         preset_dial(grounds)};
 }
 

@@ -52,6 +52,7 @@ const std::map<std::string, std::string>& own_titles() {
         {"pop_frames", "Frames that move too far"},
         {"uncertified_frames", "Frames whose measured error is above the certified one"},
         {"points_min", "Points measured in a frame (least)"},
+        {"gpu_ms_median", "Time of the device (median), ms"},
         {"late_frames", "Frames above the target because of absent chunks"},
         {"excess_error_px_s", "Screen error above the target, over time, px s"},
         {"late_excess_error_px_s", "Of it because of absent chunks, px s"},

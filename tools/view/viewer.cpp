@@ -502,6 +502,8 @@ CommandResult<void> Viewer::make_frame(double dt) {
     TERRANE_TRY(window_.draw(renderer_));
     draw_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     frame.record.draw_ms = draw_ms_;
+    if (const auto gpu_ms = renderer_.counts().gpu_ms)
+        frame.record.gpu_ms = frame.record.gpu_ms.value_or(0.0) + *gpu_ms;
     TERRANE_TRY(present(frame, view));
     return {};
 }
@@ -598,6 +600,7 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
     state["update_ms"] = record.update_ms;
     state["draw_ms"] = draw_ms_;
     state["overlay_ms"] = overlay_ms_;
+    state["gpu_ms"] = record.gpu_ms.value_or(0.0);
     state["covered"] = overlay_->covered_share();
     state["help"] = overlay_->help != Overlay::Help::none;
     state["clicks"] = click_count_;

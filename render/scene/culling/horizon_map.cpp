@@ -6,6 +6,7 @@
 #include <terrane/terrain/ground.h>
 #include <terrane/terrain/triangulator.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -23,59 +24,40 @@ namespace {
 // Rounding margin: a triangle extends this far beyond its edges, relative to its area.
 constexpr double kEdge = 1e-9;
 
-// A position on a chunk, in sample spacings from its south-western sample.
-struct ChunkPlace {
-    double column, row;
-
-    bool is_within() const {
-        return column >= -kEdge && column <= kChunkCells + kEdge && row >= -kEdge &&
-               row <= kChunkCells + kEdge;
-    }
-};
-
-ChunkPlace place_on(const Lattice& lattice, const Chunk& chunk, const WorldPos& place) {
-    const double spacing = lattice.spacing * static_cast<double>(chunk.step);
-    return {(place.x() - lattice.x(chunk.corner.x)) / spacing,
-            (place.y() - lattice.y(chunk.corner.y)) / spacing};
-}
-
-// Height at a position on a triangle of three samples of a chunk; none outside the triangle.
-std::optional<double> height_at(const MeshChunk& part, std::span<const std::uint16_t> samples,
-                                double quantum, const ChunkPlace& place) {
-    std::array<double, 3> x, y;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const int column = samples[i] % kChunkSamples, row = samples[i] / kChunkSamples;
-        x[i] = column - place.column;
-        y[i] = row - place.row;
-    }
-    std::array<double, 3> weight;  // twice the areas opposite to the corners
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
-        weight[i] = x[j] * y[k] - x[k] * y[j];
-    }
-    const double area = weight[0] + weight[1] + weight[2];
-    double height = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (!(weight[i] >= -kEdge * area)) return std::nullopt;
-        height += weight[i] / area * part.displayed_height(samples[i], quantum);
-    }
-    return height;
+double cross2(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return a.x() * b.y() - a.y() * b.x();
 }
 
 }  // namespace
 
+// lod_above.comp does the same on a device.
 bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place) {
     if (mesh.resident == nullptr) return false;
     const Lattice& lattice = mesh.resident->lattice();
     bool is_over_triangle = false;
     for (const MeshChunk& part : mesh.chunks) {
-        const ChunkPlace on_chunk = place_on(lattice, *part.chunk, place);
-        if (!on_chunk.is_within()) continue;
+        const double spacing = lattice.spacing * static_cast<double>(part.chunk->step);
+        const Eigen::Vector3d on_chunk(place.x() - lattice.x(part.chunk->corner.x),
+                                       place.y() - lattice.y(part.chunk->corner.y), place.z());
+        // wider than the margin of the triangles
+        if (on_chunk.head<2>().minCoeff() < -spacing ||
+            on_chunk.head<2>().maxCoeff() > (kChunkCells + 1) * spacing)
+            continue;
+        const auto corner = [&](std::size_t sample) -> Eigen::Vector3d {
+            return Eigen::Vector3d(static_cast<double>(sample % kChunkSamples) * spacing,
+                                   static_cast<double>(sample / kChunkSamples) * spacing,
+                                   part.displayed_height(sample, lattice.quantum)) -
+                   on_chunk;
+        };
         for (std::size_t i = 0; i < part.index_count; i += 3) {
-            const std::optional<double> height = height_at(
-                part, mesh.indices.subspan(part.first_index + i, 3), lattice.quantum, on_chunk);
-            if (!height) continue;
-            if (!(*height < place.z())) return false;
+            const auto samples = mesh.indices.subspan(part.first_index + i, 3);
+            const Eigen::Vector3d a = corner(samples[0]), b = corner(samples[1]),
+                                  c = corner(samples[2]);
+            // twice the areas of the triangles of the place and an edge
+            const double of_a = cross2(b, c), of_b = cross2(c, a), of_c = cross2(a, b);
+            const double area = of_a + of_b + of_c;
+            if (!(std::min({of_a, of_b, of_c}) >= -kEdge * area)) continue;
+            if (!(of_a * a.z() + of_b * b.z() + of_c * c.z() < 0.0)) return false;
             is_over_triangle = true;
         }
     }
@@ -300,12 +282,14 @@ void HorizonMap::build(const std::shared_ptr<const ResidentSet>& resident, const
     state.is_clear = false;
 }
 
-bool HorizonMap::holds_for(const TerrainMesh& mesh) const {
+bool HorizonMap::holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above) const {
     const State& state = *state_;
     if (state.is_clear) return true;
-    return mesh.refinable_error_px <= state.largest.refinable_px &&
-           mesh.finest_error_m <= state.largest.finest_m &&
-           internal::is_above_drawn_ground(mesh, state.view.eye_world);
+    if (!(mesh.refinable_error_px <= state.largest.refinable_px &&
+          mesh.finest_error_m <= state.largest.finest_m))
+        return false;
+    return is_eye_above ? *is_eye_above
+                        : internal::is_above_drawn_ground(mesh, state.view.eye_world);
 }
 
 bool HorizonMap::is_of(const View& view) const {

@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <span>
 
 namespace terrane {
@@ -46,11 +47,20 @@ public:
     /// Cost: waits for the device, and copies indices and offsets
     Result<TerrainMesh> read();
 
+    /// Whether a place is above the triangles of the last update(): false if none is above or below it. For
+    /// HorizonMap::holds_for().
+    ///
+    /// Fails: device_unavailable
+    /// Cost:  waits for the device; O(triangles of the chunks below the place)
+    Result<bool> is_above_ground(const WorldPos& place);
+
     /// Changes all settings from the next update() on. Fails as Triangulator::create(); nothing is changed then.
     Result<void> change(const TriangulatorSettings& settings);
 
     /// Areas of 16 x 16 cells whose vertices the last update() visited: its work is proportional to them.
     std::size_t area_count() const;
+    /// Device time of the last update(), milliseconds; of an earlier one if its time has not been reported.
+    std::optional<double> gpu_ms() const;
     /// Memory on the device, bytes.
     std::size_t device_bytes() const;
     /// Bytes that the last update() uploaded besides chunks.

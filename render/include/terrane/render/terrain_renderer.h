@@ -132,7 +132,7 @@ struct DrawCounts {
     std::size_t imagery_squares = 0;   ///< squares on the device
     std::size_t imagery_failures = 0;  ///< squares that the source failed to read since create()
     /// Device time of the most recent draw() whose time has been reported, at most 3 calls ago, milliseconds. Empty
-    /// before the first report, and always for software rasterisers, whose timers do not measure drawing.
+    /// before the first report.
     std::optional<double> gpu_ms;
 };
 

@@ -7,6 +7,7 @@
 #include <terrane/terrain/view.h>
 
 #include <memory>
+#include <optional>
 
 namespace terrane {
 
@@ -47,10 +48,12 @@ public:
     /// Whether the map is valid for a frame: the frame's errors are within the limits, and the eye is above the drawn
     /// ground. If not, restart the frame without the map. True if the map hides nothing.
     ///
-    /// @param mesh mesh of the map's view and resident set
+    /// @param mesh         mesh of the map's view and resident set
+    /// @param is_eye_above for triangles on a device, GpuTriangulator::is_above_ground() of the eye; without a value the
+    ///                     triangles of `mesh` are searched
     ///
     /// Cost: O(triangles of the chunks below the eye)
-    bool holds_for(const TerrainMesh& mesh) const;
+    bool holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above = {}) const;
 
     /// Resets the map to one that hides nothing.
     void clear();
