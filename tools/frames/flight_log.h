@@ -37,8 +37,8 @@ struct FrameRecord {
     std::optional<std::size_t> holes;
     std::optional<double> max_solid_pop_px;
     std::optional<double> draw_ms;  ///< until the picture can be read, if one is drawn
-    /// Device time of triangulation and drawing, as last reported: of this frame, or of one of the three before; none if
-    /// nothing is drawn
+    /// Device time of triangulation and drawing, as last reported: of this frame, or of one of the three before it.
+    /// None if nothing is drawn
     std::optional<double> gpu_ms;
     bool has_objects = false;  ///< whether a scene has objects; otherwise the next six are 0
     std::size_t objects_drawn = 0;

@@ -42,7 +42,7 @@ public:
     /// ground; true without a map. If false, cull and triangulate again without the map.
     ///
     /// @param is_eye_above see HorizonMap::holds_for()
-    bool holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above);
+    bool holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above = {});
 
     /// Ends the frame.
     ///

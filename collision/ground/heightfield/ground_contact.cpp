@@ -103,12 +103,10 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
     return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
 }
 
-// Finds the minimum translation of a round shape from its contacts. The core must be above the ground: then no
-// translation shorter than the depth of a contact separates the shape from the ground at that contact. False if the
-// contacts do not prove the minimum.
-bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody& body,
-                                      std::span<const Contact> contacts, double deep_share,
-                                      Eigen::Vector3d& translation_out) {
+// The shortest translation by at least the depth of each contact along its normal. False if it does not separate the
+// body.
+bool resolve(const LocalGround& local, const LocalBody& body, std::span<const Contact> contacts,
+             Eigen::Vector3d& translation_out) {
     if (contacts.empty()) return false;
     HalfSpaces spaces;
     for (const Contact& contact : contacts) {
@@ -116,14 +114,9 @@ bool find_min_translation_by_contacts(const LocalGround& local, const LocalBody&
         if (spaces.count == HalfSpaces::kMost) return false;
         spaces.add({contact.normal, contact.depth});
     }
-    if (!find_shortest(spaces, translation_out)) return false;
-    return is_short_enough(body, length(translation_out), contacts[0].depth, deep_share) &&
+    return find_shortest(spaces, translation_out) &&
            !(find_lift(local, body, translation_out, 0.5 * kTouch).lift > 0.5 * kTouch);
 }
-
-// For contacts of a deep overlap, a separating translation is accepted if it is proved to be at most 1.25 times the
-// minimum.
-constexpr SearchLimits kContactLimits{.deep_share = 0.8};
 
 // Finds all contacts of a body that overlaps the ground. False if a cell in reach is not resident.
 bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
@@ -133,13 +126,13 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
         if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
             return false;
         }
-        if (find_min_translation_by_contacts(local, body, patches.finish(),
-                                             kContactLimits.deep_share, translation)) {
-            return true;
-        }
+        if (resolve(local, body, patches.finish(), translation)) return true;
         patches.clear();
     }
-    translation = find_min_translation(local, body, lift.lift, kContactLimits).d;
+    // deep in rough ground the minimum is a search of milliseconds, which signed_distance() makes
+    const bool is_deep = lift.lift > kDeep * body.whole().smallest;
+    translation = is_deep ? find_short_translation(local, body, lift.lift).d
+                          : find_min_translation(local, body, lift.lift).d;
     if (!find_patches(local, body, translation, margin, patches, error_out)) return false;
     complete_patches(local, body, lift, translation, margin, patches);
     return true;
@@ -163,19 +156,23 @@ bool report(const LocalGround& local, const LocalBody& body, double margin, bool
     return true;
 }
 
-// The minimum translation: from contacts if they prove it, otherwise by search.
+// The minimum translation. If the core of a round shape is above the ground, no translation shorter than the depth of a
+// contact separates the shape from the ground at that contact, and the contacts often prove the minimum; otherwise by
+// search.
 MinTranslation compute_min_translation(const LocalGround& local, const LocalBody& body,
                                        double lift) {
     if (is_core_above(local, body, lift)) {
         ContactPatches patches;
         Eigen::Vector3d translation;
         double error_m = 0.0;
-        if (find_patches(local, body, Eigen::Vector3d::Zero(), 0.0, patches, error_m) &&
-            find_min_translation_by_contacts(local, body, patches.finish(), 1.0, translation)) {
-            return {translation, length(translation)};
+        if (find_patches(local, body, Eigen::Vector3d::Zero(), 0.0, patches, error_m)) {
+            const std::span<const Contact> contacts = patches.finish();
+            if (resolve(local, body, contacts, translation) &&
+                is_minimum(length(translation), contacts[0].depth))
+                return {translation, length(translation)};
         }
     }
-    return find_min_translation(local, body, lift, {});
+    return find_min_translation(local, body, lift);
 }
 
 }  // namespace

@@ -15,8 +15,6 @@ struct MinTranslation {
 /// Limits at which search_min_translation() stops before it has proved the minimum.
 struct SearchLimits {
     static constexpr int kMostSplits = 1024;
-    /// For deep overlaps: an answer is accepted if the minimum is at least this fraction of the answer's length.
-    double deep_share = 1.0;
     int most_splits = kMostSplits;  ///< largest number of bisected triangles of offsets
     /// Largest number of tested cells if the overlap is deeper than the shape is thick. Up to half the thickness the
     /// minimum is guaranteed. Lifts within a window do not count, because their cost is bounded.
@@ -45,15 +43,23 @@ inline constexpr double kDeep = 0.2;
 /// separates the body.
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 
-/// Whether the length of a separating translation is accepted as that of the minimum translation, which is at least
-/// `least`: if the two are equal within rounding or, for deep overlaps, as SearchLimits::deep_share allows.
-bool is_short_enough(const LocalBody& body, double length, double least, double deep_share);
+/// Whether the length of a separating translation equals, within rounding, that of the minimum translation, which is at
+/// least `least`.
+inline bool is_minimum(double length, double least) {
+    return length <= least * (1.0 + 1e-12) + kSeparatedLift;
+}
+
+/// A separating translation that is not proved to be the shortest, and a lower bound of the shortest: half-spaces of one
+/// overlapped column after the other, or else upwards, shortened.
+///
+/// @param lift the body's lift, above 0
+MinTranslation find_short_translation(const LocalGround& local, const LocalBody& body, double lift);
 
 /// The minimum translation: the shortest after which the body's lift is at most kSeparatedLift; zero if the body is
 /// separated already.
 ///
 /// @param lift the body's lift
 MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body, double lift,
-                                    const SearchLimits& limits);
+                                    const SearchLimits& limits = {});
 
 }  // namespace terrane::internal

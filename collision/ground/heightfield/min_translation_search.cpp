@@ -310,7 +310,7 @@ private:
     }
     bool is_done() const {
         return node_count_ == 0 || cannot_improve(nodes_[0].bound) || is_at_limit() ||
-               is_short_enough(body_, size_, lower_bound(), limits_.deep_share);
+               is_minimum(size_, lower_bound());
     }
 
     // Computes the lift at an offset; the separating translation there may become the best.

@@ -2,6 +2,7 @@
 //
 // Lift, overlap test and sign of the signed distance against brute force over all triangles.
 #include "law_cases.h"
+#include "pairs/convex_core.h"
 
 #include <terrane/collision/ground_queries.h>
 
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace terrane::lift_laws_test {
@@ -380,6 +382,39 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
             EXPECT_GT(single, count / 10) << shape.name;
         }
     }
+}
+
+// The shortest translation by the depth of every contact separates a shape from any depth, and no contact is deeper than
+// the lift.
+TEST(LawsOfContacts, ResolveDeepOverlapsWithinTheLift) {
+    SeededRandom random(kSeed + 5);
+    const long count = count_of_cases(100, 20'000);
+    std::array<Contact, 256> contacts;
+    long turn = 0, shallower = 0;
+    for (const LawShape& shape : law_shapes()) {
+        for (long i = 0; i < count; ++i) {
+            const LawScene& scene = scene_of(turn++);
+            const double lift = law_scale(shape) * std::exp2(random.between(-2.0, 4.0));
+            const Pose pose = random_pose(random, scene, shape, lift);
+            SCOPED_TRACE(describe(scene, shape, pose));
+            const ContactAnswer answer =
+                find_contacts(shape.shape, pose, scene.ground, 0.0, contacts);
+            ASSERT_EQ(answer.status, QueryStatus::ok);
+            ASSERT_GT(answer.count, 0u);
+            ASSERT_LE(contacts[0].depth, answer.lift + 1e-9);
+            shallower += contacts[0].depth < 0.9 * answer.lift;
+            internal::HalfSpaces wanted;
+            if (answer.count > internal::HalfSpaces::kMost) continue;
+            for (const Contact& contact : std::span(contacts).first(answer.count))
+                wanted.add({contact.normal, contact.depth});
+            Eigen::Vector3d d;
+            ASSERT_TRUE(internal::find_shortest(wanted, d));
+            Pose moved = pose;
+            moved.translation += d;
+            ASSERT_LE(compute_lift(shape.shape, moved, scene.ground).lift, 1e-9);
+        }
+    }
+    EXPECT_GT(shallower, turn / 4);
 }
 
 // Round shapes, whose gap follows from the core's, have a contact at the closest feature.

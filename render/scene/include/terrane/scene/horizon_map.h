@@ -49,8 +49,8 @@ public:
     /// ground. If not, restart the frame without the map. True if the map hides nothing.
     ///
     /// @param mesh         mesh of the map's view and resident set
-    /// @param is_eye_above for triangles on a device, GpuTriangulator::is_above_ground() of the eye; without a value the
-    ///                     triangles of `mesh` are searched
+    /// @param is_eye_above for triangles on a device: GpuTriangulator::is_above_ground() of the eye. Without a value,
+    ///                     the triangles of `mesh` are searched
     ///
     /// Cost: O(triangles of the chunks below the eye)
     bool holds_for(const TerrainMesh& mesh, std::optional<bool> is_eye_above = {}) const;
