@@ -46,6 +46,21 @@ Contact make_plane_contact(const LocalShape& shape, std::uint32_t part, const Ha
     return make_contact(deepest.point, plane.normal, plane.depth, deepest.feature, part);
 }
 
+// The shortest translation by at least the depth of each contact along its normal. False if it does not separate the
+// body.
+bool resolve(const LocalGround& local, const LocalBody& body, std::span<const Contact> contacts,
+             Eigen::Vector3d& translation_out) {
+    if (contacts.empty()) return false;
+    HalfSpaces spaces;
+    for (const Contact& contact : contacts) {
+        if (contact.depth <= 0.0) break;
+        if (spaces.count == HalfSpaces::kMost) return false;
+        spaces.add({contact.normal, contact.depth});
+    }
+    return find_shortest(spaces, translation_out) &&
+           !(find_lift(local, body, translation_out, 0.5 * kTouch).lift > 0.5 * kTouch);
+}
+
 // Adds contacts until the shortest translation that resolves all of them separates the body. No added contact is deeper
 // than `translation` along its normal, and each excludes the previous shortest translation.
 void complete_patches(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
@@ -78,14 +93,21 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     // instead, so that it does not leave the ground through the nearest side.
     constexpr double kLeastRise = 1e-9;  // smallest z of a normal
     const double depth = length(translation);
-    if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
-        patches.add(make_plane_contact(body.part(lift.part, hull), lift.part,
-                                       {Eigen::Vector3d::UnitZ(), lift.lift}));
+    const bool goes_up = depth > 2.0 * body.whole().bounds.maxCoeff();
+    const Contact up = make_plane_contact(body.part(lift.part, hull), lift.part,
+                                          {Eigen::Vector3d::UnitZ(), lift.lift});
+    if (goes_up) {
+        patches.add(up);
     } else {
         Eigen::Vector3d n = translation / depth;
         n[2] = std::max(n[2], kLeastRise);
         patches.add(make_plane_contact(body.part(part, hull), part, {n, depth}));
     }
+    // together with the other contacts it may lead elsewhere
+    Eigen::Vector3d d;
+    if (resolve(local, body, patches.finish(), d)) return;
+    patches.clear();
+    patches.add(up);
 }
 
 // Whether a body is one round shape with its core above the ground.
@@ -103,34 +125,23 @@ bool is_core_above(const LocalGround& local, const LocalBody& body, double lift)
     return !rest.is_missing && rest.lift < -1e-6 * shape.radius;
 }
 
-// The shortest translation by at least the depth of each contact along its normal. False if it does not separate the
-// body.
-bool resolve(const LocalGround& local, const LocalBody& body, std::span<const Contact> contacts,
-             Eigen::Vector3d& translation_out) {
-    if (contacts.empty()) return false;
-    HalfSpaces spaces;
-    for (const Contact& contact : contacts) {
-        if (contact.depth <= 0.0) break;
-        if (spaces.count == HalfSpaces::kMost) return false;
-        spaces.add({contact.normal, contact.depth});
-    }
-    return find_shortest(spaces, translation_out) &&
-           !(find_lift(local, body, translation_out, 0.5 * kTouch).lift > 0.5 * kTouch);
-}
-
 // Finds all contacts of a body that overlaps the ground. False if a cell in reach is not resident.
 bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundLift& lift,
                   double margin, ContactPatches& patches, double& error_out) {
+    // deep in rough ground the minimum is a search of milliseconds, which signed_distance() makes
+    const double deep = kDeep * body.whole().smallest;  // 0 for flat shapes, which are never deep
+    const bool is_deep = deep > 0.0 && lift.lift > deep;
     Eigen::Vector3d translation;
     if (is_core_above(local, body, lift.lift)) {
         if (!find_patches(local, body, Eigen::Vector3d::Zero(), margin, patches, error_out)) {
             return false;
         }
-        if (resolve(local, body, patches.finish(), translation)) return true;
+        const std::span<const Contact> contacts = patches.finish();
+        if (resolve(local, body, contacts, translation) &&
+            (is_deep || is_minimum(length(translation), contacts[0].depth)))
+            return true;
         patches.clear();
     }
-    // deep in rough ground the minimum is a search of milliseconds, which signed_distance() makes
-    const bool is_deep = lift.lift > kDeep * body.whole().smallest;
     translation = is_deep ? find_short_translation(local, body, lift.lift).d
                           : find_min_translation(local, body, lift.lift).d;
     if (!find_patches(local, body, translation, margin, patches, error_out)) return false;

@@ -49,8 +49,8 @@ inline bool is_minimum(double length, double least) {
     return length <= least * (1.0 + 1e-12) + kSeparatedLift;
 }
 
-/// A separating translation that is not proved to be the shortest, and a lower bound of the shortest: half-spaces of one
-/// overlapped column after the other, or else upwards, shortened.
+/// A separating translation that is not proved to be the shortest, and a lower bound of the shortest: by half-spaces of
+/// one overlapped column after the other, or else upwards, shortened.
 ///
 /// @param lift the body's lift, above 0
 MinTranslation find_short_translation(const LocalGround& local, const LocalBody& body, double lift);

@@ -384,8 +384,8 @@ TEST(LawsOfContacts, AgreeWithTestAndDistance) {
     }
 }
 
-// The shortest translation by the depth of every contact separates a shape from any depth, and no contact is deeper than
-// the lift.
+// The shortest translation by the depth of every contact separates a shape from any depth, and no contact is deeper
+// than the lift.
 TEST(LawsOfContacts, ResolveDeepOverlapsWithinTheLift) {
     SeededRandom random(kSeed + 5);
     const long count = count_of_cases(100, 20'000);

@@ -35,9 +35,8 @@ struct ContactAnswer {
 /// The ground is the solid {z <= contact surface}: one-sided, so that a shape entirely below is pushed up. A contact at
 /// a flat or concave edge has a face's normal; at a convex edge, a normal between the normals of the two faces. The
 /// shortest translation that moves the shape by at least `depth` along the normal of every contact separates it
-/// (verified: lift <= 1e-9 m). If the shape is not flat and its lift is at most a tenth of its smallest extent, no
-/// contact is deeper than the minimum translation; else none is deeper than the lift, and signed_distance() finds the
-/// minimum.
+/// (verified: lift <= 1e-9 m). No contact is deeper than the lift; if the lift is at most a tenth of the shape's
+/// smallest extent, or the shape is flat, none is deeper than the minimum translation.
 ///
 /// Beside volumes (Chunk::solid) the ground is the joined solid, with ceilings and walls. An overlapping shape is
 /// shrunk until it is separated, and contacts are found for the shrunk shape. If no shrinking separates it, it has one
