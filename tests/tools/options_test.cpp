@@ -233,12 +233,12 @@ TEST(FairPipe, AgreesWithSharingSimulatedInSteps) {
 TEST(SlowHeights, GivesTheChunksOfItsSource) {
     const auto source =
         std::make_shared<const test::WaveHeights>(test::small_world(2, 4.0), 100.0, 500.0);
-    SlowHeights slow(source, 1e-3, 1e9);
+    SlowHeights slow(source);
     EXPECT_EQ(slow.lattice(), source->lattice());
     EXPECT_EQ(slow.height(12.0, 34.0), source->height(12.0, 34.0));
     EXPECT_EQ(slow.interval({0, 0, 50, 50}).high, source->interval({0, 0, 50, 50}).high);
     EXPECT_EQ(slow.rise_bound(10.0), source->rise_bound(10.0));
-    slow.begin();
+    slow.set_speed({.latency = 1e-3, .bandwidth = 1e9});
     const ChunkKey key{0, 0, 1};
     const auto wanted = make_chunk(*source, key);
     source->sample_count = 0;

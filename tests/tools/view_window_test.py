@@ -472,9 +472,23 @@ def pictures_return_and_differ(terrane, folder):
 
 
 def dials_act_at_once(terrane, folder):
-    view = View(terrane, folder, "--eye-m", "0,0,40", "--aim-deg", "0,-20", size=(704, 560))
+    view = View(terrane, folder, "--eye-m", "0,0,40", "--aim-deg", "0,-20", size=(800, 640))
     view.key("F2")
     start = view.wait("the panel", lambda s: s["covered"] > 0.2)
+    # storage becomes slow and fast again
+    view.drag(100, 515, 140, 515)
+    view.drag(100, 535, 60, 535)
+    assert view.state["latency_ms"] > 500 and view.state["bandwidth_mb"] < 10, (view.state, "the panel has another layout?")
+    view.tool("keydown", "w", "keydown", "Shift_L")
+    late = view.wait("late chunks", lambda s: s["late"] > 0)
+    view.key("f")
+    view.wait("a crate over absent ground", lambda s: s["bodies"] > late["bodies"] and s["late"] > 0)
+    view.tool("keyup", "w", "keyup", "Shift_L")
+    view.drag(100, 515, 5, 515)
+    view.drag(100, 535, 300, 535)
+    assert view.state["latency_ms"] == 0 and view.state["bandwidth_mb"] is None, view.state
+    assert view.wait("the late chunks", lambda s: s["late"] == 0)["fell_through"] == 0
+    view.key("h")
     for name, y, to_x in (("budget", 335, 60), ("ceiling_bytes", 395, 43), ("sun_deg", 415, 60), ("substeps", 475, 140),
                           ("contact_tolerance", 495, 60)):
         view.drag(100, y, to_x, y)
@@ -494,7 +508,7 @@ def dials_act_at_once(terrane, folder):
     view.wait("a step with them", lambda s: s["step"] > end["step"] + 10)
     view.key("space")
     view.wait("a pause", lambda s: not s["playing"])
-    view.tool("mousemove", 704 // 2 - 130, 560 - 24, "click", "1")
+    view.tool("mousemove", 800 // 2 - 130, 640 - 24, "click", "1")
     view.wait("the past", lambda s: s["substeps"] == start["substeps"])
     view.end()
 

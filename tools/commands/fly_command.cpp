@@ -41,23 +41,13 @@ namespace {
 struct FlyOptions : FlightOptions {
     double start = 0.0;
     double frame_ms = std::numeric_limits<double>::quiet_NaN();  // NaN: the budget is fixed
-    // of simulated storage; NaN if not given
-    double latency_ms = std::numeric_limits<double>::quiet_NaN();
-    double bandwidth_mb = std::numeric_limits<double>::quiet_NaN();
-    std::string record, replay;  ///< files; "" for none
-
-    bool has_slow_storage() const { return !std::isnan(latency_ms) || !std::isnan(bandwidth_mb); }
+    std::string record, replay;                                  ///< files; "" for none
 };
 
 // The simulated storage of a flight; null if neither --latency-ms nor --bandwidth-mb is given.
 std::shared_ptr<SlowHeights> open_slow_storage(const FlyOptions& options, const Terrain& terrain) {
     if (!options.has_slow_storage()) return nullptr;
-    constexpr double kMegabyte = 1e6;
-    const double bandwidth =
-        given(options.bandwidth_mb).value_or(std::numeric_limits<double>::infinity());
-    return std::make_shared<SlowHeights>(heightfield_of(terrain),
-                                         1e-3 * given(options.latency_ms).value_or(0.0),
-                                         kMegabyte * bandwidth);
+    return std::make_shared<SlowHeights>(heightfield_of(terrain));
 }
 
 // Shows the objects of a terrain's scene, and its bodies at their start.
@@ -93,7 +83,7 @@ Result<void> fly(const FlyOptions& options, const FlightPlan& plan, SlowHeights*
     const double first_time = static_cast<double>(plan.first_frame) / options.fps;
     maker.load_until_stable(view_at(picture, plan.pose_at(plan.first_frame)), {}, first_time);
     if (output.is_closed()) return {};
-    if (storage != nullptr) storage->begin();
+    if (storage != nullptr) storage->set_speed(storage_speed(options));
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < plan.frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(plan.frame_count));
@@ -225,7 +215,7 @@ Result<void> show_replay(const FlyOptions& options, std::size_t frame_count, Slo
     const double first_time = replay.time();
     maker.load_until_stable(replay.view(picture), needs, first_time);
     if (output.is_closed()) return {};
-    if (storage != nullptr) storage->begin();
+    if (storage != nullptr) storage->set_speed(storage_speed(options));
     const auto start = std::chrono::steady_clock::now();
     for (std::size_t i = 0; i < frame_count; ++i) {
         progress.show(static_cast<double>(i) / static_cast<double>(frame_count));
@@ -394,10 +384,7 @@ void add_fly_command(CLI::App& app, CommandContext& context) {
         *fly, *options,
         {"bodies", "volumes", "objects", "nodes", "imagery", "materials", "water", "water_m"});
     add_paging_choice(*fly, options->policy, options->radius);
-    add_in_range(*fly, "--latency-ms", options->latency_ms, 0.0, 1e6,
-                 "Storage that takes so long to begin to answer, in real time: see --realtime");
-    add_in_range(*fly, "--bandwidth-mb", options->bandwidth_mb, 0.001, 1e6,
-                 "Storage of so many MB of 10^6 bytes a second, shared by the loader threads");
+    add_storage_options(*fly, *options);
     add_in_range(
         *fly, "--frame-ms", options->frame_ms, 0.1, 1e5,
         "Let the triangles follow the times of frames, update and drawing together, so that "

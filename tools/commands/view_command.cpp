@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "commands/run_files.h"
 #include "flight/flight_options.h"
+#include "frames/paging_storage.h"
 #include "program/command.h"
 #include "program/options.h"
 #include "program/summary.h"
@@ -107,8 +108,14 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
         wanted.dig_spacing = dig_spacing_of(*settings.record);
     }
     TERRANE_TRY(Terrain terrain, open_terrain(wanted));
-    if (settings.record) TERRANE_TRY(settings.record->check_terrain(terrain));
+    if (settings.record) {
+        TERRANE_TRY(settings.record->check_terrain(terrain));
+        settings.recorded = terrain;
+    }
     TERRANE_TRY(check_limits(options, terrain));
+    settings.storage = std::make_shared<SlowHeights>(heightfield_of(terrain));
+    TERRANE_TRY(terrain.source, with_volumes(terrain, settings.storage));
+    terrain.heightfield = settings.storage;
     std::unique_ptr<GroundEditor> brush;
     const std::size_t dig_bytes = options.memory_bytes() / kShareOfDigs;
     if (settings.record) {
@@ -227,6 +234,7 @@ void add_view_command(CLI::App& app, CommandContext& context) {
         "Of the driver");
     add_look_options(*view, *options);
     add_frame_options(*view, *options);
+    add_storage_options(*view, *options);
     view->add_flag("--no-dig", options->no_dig,
                    "The ground cannot be dug: saves some memory and time");
     view->add_flag("--no-vsync", options->no_vsync, "Frames do not wait for the display");

@@ -14,6 +14,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string_view>
 #include <utility>
@@ -163,6 +164,23 @@ void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius) {
         "nearest, oracle knows the path that will be flown");
     add_in_range(app, "--radius", radius, 1e-6, 1e6,
                  "With --policy distance: how many times as far as it is needed a chunk is loaded");
+}
+
+void add_storage_options(CLI::App& app, FlightOptions& options) {
+    add_in_range(app, "--latency-ms", options.latency_ms, 0.0, 1e6,
+                 "Storage that takes so long to begin to answer, in real time");
+    add_in_range(app, "--bandwidth-mb", options.bandwidth_mb, 0.001, 1e6,
+                 "Storage of so many MB of 10^6 bytes a second, shared by the loader threads");
+}
+
+StorageSpeed storage_speed(double latency_ms, double bandwidth_mb) {
+    return {.latency = 1e-3 * latency_ms, .bandwidth = 1e6 * bandwidth_mb};
+}
+
+StorageSpeed storage_speed(const FlightOptions& options) {
+    return storage_speed(
+        given(options.latency_ms).value_or(0.0),
+        given(options.bandwidth_mb).value_or(std::numeric_limits<double>::infinity()));
 }
 
 CommandResult<void> check_path(const std::string& name) {

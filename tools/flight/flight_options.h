@@ -12,6 +12,7 @@
 #include <terrane/playback/track.h>
 #include <terrane/render/terrain_renderer.h>
 
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -73,7 +74,10 @@ struct FlightOptions {
     double memory_mb = 512.0;
     std::size_t threads = 1;
     PagingChoice policy = PagingChoice::deadline;
-    double radius = 1.0;         ///< of PagingChoice::distance
+    double radius = 1.0;                                           ///< of PagingChoice::distance
+    double latency_ms = std::numeric_limits<double>::quiet_NaN();  ///< of simulated storage; NaN if
+                                                                   ///< not given, as the next one
+    double bandwidth_mb = std::numeric_limits<double>::quiet_NaN();
     std::string out;             ///< a folder; "" for none
     bool shows_proxies = false;  ///< see BodyNodes
     bool png = false;
@@ -84,6 +88,7 @@ struct FlightOptions {
     bool json = false;
 
     std::size_t memory_bytes() const { return static_cast<std::size_t>(memory_mb * 0x1p20); }
+    bool has_slow_storage() const { return !std::isnan(latency_ms) || !std::isnan(bandwidth_mb); }
     bool has_pictures() const { return png || video || window; }
     /// `shadows` or, without it, 1 km with Look::full and 0 with Look::plain.
     double shadow_distance() const {
@@ -114,6 +119,14 @@ void add_flight_options(CLI::App& app, FlightOptions& options,
 
 /// Adds --policy and --radius.
 void add_paging_choice(CLI::App& app, PagingChoice& policy, double& radius);
+
+/// Adds --latency-ms and --bandwidth-mb.
+void add_storage_options(CLI::App& app, FlightOptions& options);
+
+/// The speed of storage with a latency in milliseconds and a bandwidth in MB/s of 10^6 bytes.
+StorageSpeed storage_speed(double latency_ms, double bandwidth_mb);
+/// That of the options; fast where they are not given.
+StorageSpeed storage_speed(const FlightOptions& options);
 
 /// Fails with exit_usage for a name that is neither a built-in path nor a track file.
 CommandResult<void> check_path(const std::string& name);

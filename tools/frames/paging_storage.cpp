@@ -110,22 +110,36 @@ double FairPipe::next_end() const {
     return time_ + left * static_cast<double>(ends_.size()) / bandwidth_;
 }
 
-SlowHeights::SlowHeights(std::shared_ptr<const HeightSource> source, double latency,
-                         double bandwidth)
-    : ForwardedHeights(std::move(source)),
-      latency_(latency),
-      bandwidth_(bandwidth),
-      pipe_(bandwidth) {}
+void FairPipe::set_bandwidth(double now, double bandwidth) {
+    advance(now);
+    bandwidth_ = bandwidth;
+}
+
+SlowHeights::SlowHeights(std::shared_ptr<const HeightSource> source)
+    : ForwardedHeights(std::move(source)), pipe_(speed_.bandwidth) {}
+
+void SlowHeights::set_speed(const StorageSpeed& speed) {
+    const std::lock_guard lock(mutex_);
+    speed_ = speed;
+    pipe_.set_bandwidth(now_s(), speed.bandwidth);
+    is_slow_ = speed.is_limited();
+    changed_.notify_all();
+}
+
+StorageSpeed SlowHeights::speed() const {
+    const std::lock_guard lock(mutex_);
+    return speed_;
+}
 
 void SlowHeights::wait_for_storage() const {
-    std::this_thread::sleep_for(std::chrono::duration<double>(latency_));
-    if (std::isinf(bandwidth_)) return;
     std::unique_lock lock(mutex_);
+    const double asked = now_s();
+    while (now_s() < asked + speed_.latency)
+        changed_.wait_until(lock, time_point(asked + speed_.latency));
     const double transfer = pipe_.begin(now_s(), static_cast<double>(Chunk::max_bytes()));
     changed_.notify_all();  // the new transfer delays all others
-    while (!pipe_.is_done(now_s(), transfer)) {
+    while (!pipe_.is_done(now_s(), transfer))
         changed_.wait_until(lock, time_point(pipe_.next_end()));
-    }
 }
 
 Result<void> SlowHeights::sample(const SampleGrid& grid, std::span<double> heights_out) const {

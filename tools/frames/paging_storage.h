@@ -8,6 +8,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <limits>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -70,6 +71,8 @@ public:
     bool is_done(double now, double transfer);
     /// Time at which the first of the active transfers ends unless another one begins. Requires an active transfer.
     double next_end() const;
+    /// Changes the bandwidth of what is left of the active transfers, and of later ones.
+    void set_bandwidth(double now, double bandwidth);
 
 private:
     void advance(double now);
@@ -80,16 +83,27 @@ private:
     std::multiset<double> ends_;  // values of share_ at which the active transfers end
 };
 
+/// How fast storage answers; by default at once.
+struct StorageSpeed {
+    double latency = 0.0;  ///< seconds from a request to its first byte, >= 0
+    double bandwidth = std::numeric_limits<double>::infinity();  ///< bytes/s, > 0
+
+    bool is_limited() const {
+        return latency > 0.0 || bandwidth < std::numeric_limits<double>::infinity();
+    }
+};
+
 /// Simulates slow storage in real time: sample() and stored_chunk() wait for a latency and then for the transfer of a
 /// whole chunk through a pipe that all threads share equally. make_chunk() calls sample() once. Nothing else waits.
 class SlowHeights final : public ForwardedHeights {
 public:
-    /// @param latency   seconds from a request to its first byte, >= 0
-    /// @param bandwidth bytes/s, > 0; infinite: no limit
-    SlowHeights(std::shared_ptr<const HeightSource> source, double latency, double bandwidth);
+    /// Storage is fast until set_speed().
+    explicit SlowHeights(std::shared_ptr<const HeightSource> source);
 
-    /// Starts the simulation; before this call storage is fast. Threads: any.
-    void begin() { is_slow_ = true; }
+    /// Changes the speed at once, also for requests that wait. Threads: any.
+    void set_speed(const StorageSpeed& speed);
+    /// Threads: any.
+    StorageSpeed speed() const;
 
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
@@ -98,10 +112,9 @@ public:
 private:
     void wait_for_storage() const;
 
-    double latency_;
-    double bandwidth_;
     std::atomic<bool> is_slow_{false};
     mutable std::mutex mutex_;
+    StorageSpeed speed_;
     mutable std::condition_variable changed_;
     mutable FairPipe pipe_;
 };

@@ -27,6 +27,9 @@ constexpr float kLeastHigh = 60.0f;     // of a panel
 constexpr float kReserved = 34'000.0f;  // area for each panel that is drawn later
 constexpr float kPanelOpacity = 0.78f;
 constexpr int kPanelFlags = ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings;
+// of the dials of simulated storage
+constexpr double kMostLatency_ms = 2000.0;
+constexpr double kLeastBandwidth_mb = 0.1, kMostBandwidth_mb = 1000.0;
 constexpr float kMapSide = 260.0f,
                 kMapShare = 0.4f;  // of the map, and of the window's shorter side
 
@@ -362,6 +365,15 @@ void Overlay::draw_dials(ViewDials& dials) {
     double tolerance_mm = 1e3 * dials.live.contact_tolerance;
     if (log_slider("tolerance, mm", tolerance_mm, 0.1, 100.0, "%.1f"))
         dials.live.contact_tolerance = 1e-3 * tolerance_mm;
+    slider("latency, ms", dials.latency_ms, 0.0, kMostLatency_ms, "%.0f");
+    // at the right end there is no limit
+    double bandwidth = std::min(dials.bandwidth_mb, kMostBandwidth_mb);
+    const bool is_limited = bandwidth < kMostBandwidth_mb;
+    if (log_slider("storage, MB/s", bandwidth, kLeastBandwidth_mb, kMostBandwidth_mb,
+                   is_limited ? "%.1f" : "no limit")) {
+        dials.bandwidth_mb =
+            bandwidth < kMostBandwidth_mb ? bandwidth : std::numeric_limits<double>::infinity();
+    }
 }
 
 void Overlay::draw_choices(ViewDials& dials) {

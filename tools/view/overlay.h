@@ -12,6 +12,7 @@
 
 #include <array>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,6 +45,8 @@ struct ViewDials {
     VehicleKind vehicle = VehicleKind::truck;
     double brush_radius = 2.0;  ///< of digs, metres
     LiveSettings live = {};
+    double latency_ms = 0.0;  ///< of simulated storage, as the next one
+    double bandwidth_mb = std::numeric_limits<double>::infinity();  ///< MB of 10^6 bytes a second
 };
 
 /// What the overlay shows of a frame.

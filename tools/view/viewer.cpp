@@ -40,6 +40,21 @@ double median(std::vector<double> values) {
     return *middle;
 }
 
+/// Makes storage fast for a scope in which the user waits for ground.
+class FastStorage {
+public:
+    explicit FastStorage(SlowHeights& storage) : storage_(storage), before_(storage.speed()) {
+        storage_.set_speed({});
+    }
+    FastStorage(const FastStorage&) = delete;
+    FastStorage& operator=(const FastStorage&) = delete;
+    ~FastStorage() { storage_.set_speed(before_); }
+
+private:
+    SlowHeights& storage_;
+    StorageSpeed before_;
+};
+
 // The place of the first thing of a scene that has one; none without such a thing.
 std::optional<WorldPos> place_of_content(const Terrain& terrain) {
     const auto on_ground = [&](const WorldPos& p) {
@@ -95,6 +110,7 @@ Viewer::Viewer(const FlightOptions& options, const Terrain& terrain,
       timeline_(std::numeric_limits<double>::infinity()) {}
 
 Viewer::~Viewer() {
+    settings_.storage->set_speed({});  // loader threads end with their request
     if (log_ != nullptr) std::fclose(log_);
 }
 
@@ -147,12 +163,16 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
         if (viewer.log_ == nullptr)
             return pass_on(cannot_write(viewer.settings_.state_log, errno).value());
     }
-    viewer.dials_ = {.budget = static_cast<double>(options.budget),
-                     .max_error_px = options.max_error_px,
-                     .morph_ratio = options.morph_ratio,
-                     .memory_mb = options.memory_mb,
-                     .sun_deg = sun_dials(of_renderer.sun_direction),
-                     .vehicle = viewer.settings_.vehicle};
+    viewer.dials_ = {
+        .budget = static_cast<double>(options.budget),
+        .max_error_px = options.max_error_px,
+        .morph_ratio = options.morph_ratio,
+        .memory_mb = options.memory_mb,
+        .sun_deg = sun_dials(of_renderer.sun_direction),
+        .vehicle = viewer.settings_.vehicle,
+        .latency_ms = given(options.latency_ms).value_or(0.0),
+        .bandwidth_mb =
+            given(options.bandwidth_mb).value_or(std::numeric_limits<double>::infinity())};
     if (viewer.brush_ != nullptr) {
         viewer.dials_.brush_radius =
             std::max(viewer.dials_.brush_radius, viewer.brush_->least_radius());
@@ -189,7 +209,7 @@ CommandResult<void> Viewer::open_playback() {
         return {};
     }
     TERRANE_TRY(Replay replay, Replay::create(*std::exchange(settings_.record, std::nullopt),
-                                              terrain_, options_.memory_bytes()));
+                                              settings_.recorded, options_.memory_bytes()));
     replay_.emplace(std::move(replay));
     return {};
 }
@@ -248,6 +268,7 @@ CommandResult<void> Viewer::begin() {
         live_.walk(home_.eye_world.head<2>(), home_.eye_world.z(), ahead);
     TERRANE_TRY(follow_window_size());
     maker_.load_until_stable(view_now(), needs(), clock_);
+    settings_.storage->set_speed(storage_speed(dials_.latency_ms, dials_.bandwidth_mb));
     return {};
 }
 
@@ -371,6 +392,8 @@ Result<void> Viewer::follow_dials() {
             say(changed.error().message);
         history_.change(live_);
     }
+    if (now.latency_ms != before.latency_ms || now.bandwidth_mb != before.bandwidth_mb)
+        settings_.storage->set_speed(storage_speed(now.latency_ms, now.bandwidth_mb));
     renderer_.set_wireframe(now.wireframe);
     if (now.colours == GroundColours::materials && !options_.has_materials()) {
         say("the ground has tints: --look full or --ground gives it materials");
@@ -404,6 +427,7 @@ Result<Ground> Viewer::ground_with(std::span<const GroundEdit> edits) {
     if (brush_ == nullptr) return maker_.pager().ground(terrain_.surface);
     const bool is_same = std::ranges::equal(brush_->edits_in_force(), edits);
     if (brush_->waiting() > 0 || !is_same) {
+        const FastStorage fast(*settings_.storage);
         TERRANE_TRY(brush_->set_edits(edits));
         // goes on with the ground that there is: the changes come into force when they fit
         if (const auto finished = brush_->finish(maker_.pager()); !finished)
@@ -415,6 +439,7 @@ Result<Ground> Viewer::ground_with(std::span<const GroundEdit> edits) {
 
 // The ground under all bodies, loaded at once.
 Ground Viewer::load_ground() {
+    const FastStorage fast(*settings_.storage);
     maker_.pager().update({}, needs(), clock_);
     maker_.pager().finish();
     return maker_.pager().ground(terrain_.surface);
@@ -594,6 +619,10 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
     state["ceiling_bytes"] = static_cast<std::size_t>(applied_.memory_mb * 0x1p20);
     state["substeps"] = live_.settings().substeps;
     state["contact_tolerance"] = live_.settings().contact_tolerance;
+    state["latency_ms"] = applied_.latency_ms;
+    state["bandwidth_mb"] = std::isfinite(applied_.bandwidth_mb)
+                                ? nlohmann::ordered_json(applied_.bandwidth_mb)
+                                : nlohmann::ordered_json();
     state["sun_deg"] = applied_.sun_deg;
     state["colours"] = kGroundColourNames[static_cast<std::size_t>(applied_.colours)];
     state["waiting_digs"] = brush_ != nullptr ? brush_->waiting() : 0;

@@ -53,6 +53,7 @@ struct ViewerSettings {
     std::optional<CameraPath> path = {};  ///< that the timeline plays
     /// Of the terrain, that the timeline plays in place of a path; without both, the simulation.
     std::optional<RunRecord> record = {};
+    Terrain recorded = {};  ///< the terrain of the record, with fast storage
     std::optional<CameraPlace> place =
         {};                       ///< absent: above the start, or the start of the playback
     Being being = Being::camera;  ///< at the start
@@ -65,6 +66,8 @@ struct ViewerSettings {
     std::string state_log = {};  ///< file of a JSON line for each frame; "": none
     /// The command line that makes a view from a place, in a window of a size.
     std::function<std::string(const CameraPlace& place, const ImageSize& size)> command_of;
+    /// Of the terrain's source, still fast; slow as the options say once the view has begun. Not null.
+    std::shared_ptr<SlowHeights> storage = {};
     std::string why_no_brush = {};  ///< if the user cannot dig, the message of a dig
     /// Records what the user does; null: none. Not together with `record`. Must outlive the viewer.
     RunRecorder* recorder = nullptr;
