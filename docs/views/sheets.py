@@ -389,6 +389,21 @@ def gpu(studio):
                  flags=["--triangulator", name]) for name in ("cpu", "gpu")]
 
 
+def lights(studio):
+    """Point lights at night."""
+    x, y = MEADOW
+    street = [arg for east, north in ((-9, 6), (12, 14)) for arg in ("--light", f"{x + east},{y + north},3.2,60")]
+    village = {**VILLAGE, "nodes": [near(-16, 12, children=[{"mesh": "house.obj"}]), near(4, 22, children=[{"mesh": "cottage.obj"}]),
+                                    near(20, 8, children=[{"mesh": "linden.obj"}]), near(-4, 3, children=[{"mesh": "linden.obj"}])]}
+    view = {"at": (x, y + 10), "height": 1.5, "distance": 34, "azimuth": 5, "pitch": -9, "sun": "330,-9"}
+    forest = json.loads((DATA / "forest.json").read_text())
+    wood = {"at": HILL, "height": 4, "distance": 60, "azimuth": 10, "pitch": -8, "sun": "60,-8"}
+    lamps = [arg for east, north in ((-12, -12), (10, 6)) for arg in ("--light", f"{HILL[0] + east},{HILL[1] + north},5,250")]
+    return [Cell("--light X,Y,3.2,60 twice", village, **view, flags=street), Cell("without lights", village, **view),
+            Cell("--light X,Y,5,250 twice", forest, **wood, flags=lamps),
+            Cell("the same, --look plain", forest, **wood, flags=[*lamps, "--look", "plain"])]
+
+
 def loop(studio):
     """The truck and the ten balls of examples/simulator_loop.cpp; a path driver stands for its throttle."""
     scene = {"seed": 7}
@@ -539,7 +554,7 @@ def draw_edges(file, eye, look):
 def sheets():
     return {"keys": (keys, 4), "volumes": (volumes, 4), "objects": (objects, 4), "nodes": (nodes, 4), "bodies": (bodies, 4),
             "materials": (materials, 4), "heights": (heights, 3), "simplify": (simplify, 4), "proxies": (proxies, 3), "paths": (paths, 4),
-            "meshes": (meshes, 3), "budgets": (budgets, 3), "gpu": (gpu, 2), "loop": (loop, 3), "arrays": (arrays, 3), "lidar": (lidar, 3)}
+            "meshes": (meshes, 3), "budgets": (budgets, 3), "gpu": (gpu, 2), "lights": (lights, 2), "loop": (loop, 3), "arrays": (arrays, 3), "lidar": (lidar, 3)}
 
 
 def font(size=11):

@@ -56,6 +56,10 @@ std::string light_text(const LightFeatures& features) {
     if (features.has_atmosphere) text += "#define ATMOSPHERE\n";
     if (features.has_water) text += "#define WATER\n";
     text += std::string(features.has_atmosphere ? atmosphere_glsl : haze_glsl);
+    if (features.point_lights > 0) {
+        text += "#define POINT_LIGHTS " + std::to_string(features.point_lights) + "\n" +
+                std::string(point_light_glsl);
+    }
     if (features.has_water && features.has_waves) text += "#define WAVES\n";
     text += std::string(shadow_glsl) + std::string(water_glsl);
     if (features.has_imagery) text += "#define IMAGERY\n" + std::string(imagery_glsl);

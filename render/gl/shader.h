@@ -15,7 +15,7 @@
 namespace terrane::internal {
 
 // The text of the files in shaders/.
-extern const std::string_view light_glsl, haze_glsl, atmosphere_glsl;
+extern const std::string_view light_glsl, haze_glsl, atmosphere_glsl, point_light_glsl;
 extern const std::string_view terrain_vert, depth_frag, line_frag, ground_mark_frag;
 extern const std::string_view shade_vert, shade_frag, smooth_frag, block_glsl, block_frag;
 extern const std::string_view solid_vert, solid_frag;
@@ -41,16 +41,18 @@ extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {
-    int cascades = 0;             ///< number of shadow maps; 0: no shadows
-    bool has_penumbra = false;    ///< whether the edges of shadows follow the sun's angular radius
-    bool has_atmosphere = false;  ///< atmosphere.glsl in place of haze.glsl
+    int cascades = 0;              ///< number of shadow maps; 0: no shadows
+    bool has_penumbra = false;     ///< whether the edges of shadows follow the sun's angular radius
+    bool has_atmosphere = false;   ///< atmosphere.glsl in place of haze.glsl
+    std::size_t point_lights = 0;  ///< most point lights; 0: none
     bool has_water = false;
     bool has_waves = false;    ///< whether the water moves
     bool has_imagery = false;  ///< whether the ground has imagery; for shade.frag
     int anisotropy = 0;        ///< of the ground's materials, for shade.frag; 0: no materials
 };
 /// Text to prepend to a shader that calls lit_at() or shown_at(): haze.glsl or atmosphere.glsl, shadow.glsl, water.glsl
-/// and, if the ground has them, imagery.glsl and ground_material.glsl, with the macros that select the features.
+/// and, if they are wanted, point_light.glsl, imagery.glsl and ground_material.glsl, with the macros that select the
+/// features.
 std::string light_text(const LightFeatures& features);
 
 /// Compiles and links a program; light.glsl is prepended to both stages.

@@ -296,29 +296,44 @@ void draw_marked(double depth, const Draw& draw) {
 
 }  // namespace
 
+std::string GroundShade::defines(bool has_overlay) const {
+    return "#define SAMPLES " + std::to_string(sample_count_) + "\n#define OVERLAY " +
+           (has_overlay ? "1" : "0") + "\n#define SMOOTHED " + (is_smoothed_ ? "1" : "0") +
+           "\n#define PIXELS " + (has_blocks_ ? "4\n" : "1\n");
+}
+
+Result<GroundShade::Programs> GroundShade::make_programs(const std::string& lighting) const {
+    Programs made;
+    for (const bool has_overlay : {false, true}) {
+        std::vector<GlProgram>& programs = has_overlay ? made.with_overlay : made.plain;
+        for (int blocks = 0; blocks < (has_blocks_ ? kBlockClasses : 1); ++blocks) {
+            std::string text = defines(has_overlay);
+            if (has_blocks_) {
+                text += std::string(block_glsl) + "#define BLOCKS " + std::to_string(blocks) + "\n";
+            }
+            TERRANE_TRY(GlProgram program, make_program("the light", shade_vert,
+                                                        text + lighting + std::string(shade_frag)));
+            programs.push_back(std::move(program));
+        }
+    }
+    return made;
+}
+
 Result<GroundShade> GroundShade::create(int sample_count, const std::string& lighting,
                                         bool is_smoothed, bool has_materials) {
     GroundShade made;
     made.light_ = std::make_unique<GroundLight>(has_materials);
     const bool has_blocks = has_materials && sample_count == 1;
+    made.sample_count_ = sample_count;
+    made.is_smoothed_ = is_smoothed;
+    made.has_blocks_ = has_blocks;
+    TERRANE_TRY(made.programs_, made.make_programs(lighting));
     const std::string block_text = std::string(block_glsl);
     for (const bool has_overlay : {false, true}) {
-        const std::string defines = "#define SAMPLES " + std::to_string(sample_count) +
-                                    "\n#define OVERLAY " + (has_overlay ? "1" : "0") +
-                                    "\n#define SMOOTHED " + (is_smoothed ? "1" : "0") +
-                                    "\n#define PIXELS " + (has_blocks ? "4\n" : "1\n");
-        std::vector<GlProgram>& programs = has_overlay ? made.with_overlay_ : made.plain_;
-        for (int blocks = 0; blocks < (has_blocks ? kBlockClasses : 1); ++blocks) {
-            std::string text = defines;
-            if (has_blocks) text += block_text + "#define BLOCKS " + std::to_string(blocks) + "\n";
-            TERRANE_TRY(GlProgram program, make_program("the light", shade_vert,
-                                                        text + lighting + std::string(shade_frag)));
-            programs.push_back(std::move(program));
-        }
-        if (!has_blocks) continue;
-        TERRANE_TRY(
-            GlProgram classes,
-            make_program("the blocks", shade_vert, defines + block_text + std::string(block_frag)));
+        if (!has_blocks) break;
+        TERRANE_TRY(GlProgram classes,
+                    make_program("the blocks", shade_vert,
+                                 made.defines(has_overlay) + block_text + std::string(block_frag)));
         (has_overlay ? made.classes_with_overlay_ : made.classes_) = std::move(classes);
     }
     const std::string of_blocks = has_blocks ? "#define BLOCKS\n" + block_text : std::string();
@@ -345,7 +360,7 @@ void GroundShade::draw(const Framebuffer& picture, bool has_overlay) const {
     glBindTextureUnit(1, noise_.name());
     glBindTextureUnit(2, picture.depth_texture());
     glBindTextureUnit(3, picture.overlay_texture());
-    const std::vector<GlProgram>& programs = has_overlay ? with_overlay_ : plain_;
+    const std::vector<GlProgram>& programs = has_overlay ? programs_.with_overlay : programs_.plain;
     glBindVertexArray(no_layout_.name());
     const auto draw_with = [](const GlProgram& program) {
         glUseProgram(program.name());

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane::internal {
@@ -65,6 +66,14 @@ public:
                                       const std::string& lighting = light_text({}),
                                       bool is_smoothed = false, bool has_materials = false);
 
+    /// The programs that shade a picture, one or one for each class of blocks.
+    struct Programs {
+        std::vector<GlProgram> plain, with_overlay;
+    };
+    /// Programs with another `lighting` for use(). Fails as create()
+    Result<Programs> make_programs(const std::string& lighting) const;
+    void use(Programs programs) { programs_ = std::move(programs); }
+
     /// Call before draw() if the frame has ground. Fails with device_unavailable.
     Result<void> prepare(const std::shared_ptr<const ResidentSet>& resident, const View& view,
                          const EyeFrame& eye) {
@@ -86,7 +95,11 @@ private:
     GroundShade() = default;
 
     std::unique_ptr<GroundLight> light_;
-    std::vector<GlProgram> plain_, with_overlay_;  // one, or one for each class of blocks
+    std::string defines(bool has_overlay) const;
+
+    int sample_count_ = 1;
+    bool is_smoothed_ = false, has_blocks_ = false;
+    Programs programs_;
     GlProgram classes_, classes_with_overlay_, copying_, smoothing_;
     GlTexture noise_;
     GlVertexArray no_layout_;

@@ -198,6 +198,15 @@ const StoredMesh* MeshStore::find(MeshId mesh) const {
     return found == meshes_.end() ? nullptr : &found->second;
 }
 
+std::set<unsigned> MeshStore::features() const {
+    std::set<unsigned> found;
+    for (const auto& [id, mesh] : meshes_) {
+        for (const StoredMaterial& material : mesh.materials)
+            if (material.features != 0) found.insert(material.features);
+    }
+    return found;
+}
+
 std::size_t MeshStore::bytes() const {
     std::size_t bytes = 0;
     for (const auto& [id, mesh] : meshes_) bytes += mesh.bytes;

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -77,6 +78,8 @@ public:
     /// Null for an unknown id.
     const StoredMesh* find(MeshId mesh) const;
     std::size_t bytes() const;
+    /// The features of all materials with textures.
+    std::set<unsigned> features() const;
 
 private:
     std::uint32_t next_ = 0;

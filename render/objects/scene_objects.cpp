@@ -148,6 +148,19 @@ Result<void> SceneObjects::make_programs() {
     return {};
 }
 
+Result<void> SceneObjects::set_lighting(const std::string& lighting) {
+    if (programs_) {
+        TERRANE_TRY(ObjectPrograms made, ObjectPrograms::create(sample_count_, lighting));
+        if (!particle_images_.empty())
+            TERRANE_TRY(made.make_image_particles(sample_count_, lighting));
+        for (const unsigned features : meshes_.features())
+            TERRANE_TRY(made.textured.make(features));
+        programs_ = std::move(made);
+    }
+    lighting_ = lighting;
+    return {};
+}
+
 Result<MeshId> SceneObjects::add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                                       std::span<const MeshMaterial> materials) {
     TERRANE_TRY(make_programs());

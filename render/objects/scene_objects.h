@@ -33,6 +33,9 @@ public:
           lighting_(std::move(lighting)),
           textures_(texture_bytes, is_anisotropic) {}
 
+    /// Replaces `lighting`; keeps it if the programs of what there is do not compile: device_unavailable.
+    Result<void> set_lighting(const std::string& lighting);
+
     Result<MeshId> add_mesh(const TriangleMesh& mesh, std::span<const MeshLevel> levels,
                             std::span<const MeshMaterial> materials);
     Result<ImpostorId> add_impostor(MeshId mesh, const ImpostorSettings& settings);

@@ -51,6 +51,9 @@ void main() {
     albedo *= texel.rgb;
 #endif
     vec3 light = 0.5 * (lit(albedo, normal, p_eye) + lit(albedo, frame.sun.xyz, p_eye));
+#ifdef POINT_LIGHTS
+    light += 0.5 * albedo * point_light(p_eye, normal);
+#endif
     vec3 shown = shown_at(light, p_eye);
     colour_out = vec4(shown * opacity, opacity);
 }

@@ -171,8 +171,11 @@ void ground(vec3 centre, vec3 p_eye[PIXELS], out vec3 light[PIXELS]) {
 #ifdef CASCADES
         towards_sun *= shares[i];
 #endif
-        light[i] = albedo * rough_factor(surface.roughness, normal, at.along) *
-                   (sun * towards_sun + ambient_light(normal.z));
+        vec3 arriving = sun * towards_sun + ambient_light(normal.z);
+#ifdef POINT_LIGHTS
+        arriving += point_light(p_eye[i], normal);
+#endif
+        light[i] = albedo * rough_factor(surface.roughness, normal, at.along) * arriving;
     }
 }
 #if PIXELS == 1

@@ -135,12 +135,16 @@ void sun_shares(float share, vec3 centre, vec3 p_eye[PIXELS], vec3 normal, out f
 #endif
 #endif
 
-// lit() with shadows, of a point of a surface.
+// lit() with shadows and point lights, of a point of a surface.
 // smooth_normal: of the surface without bumps
 vec3 lit_at(vec3 albedo, vec3 normal, vec3 p_eye, vec3 smooth_normal) {
     float towards_sun = dot(normal, frame.sun.xyz);
 #ifdef CASCADES
     towards_sun *= sun_share(p_eye, smooth_normal);
 #endif
-    return lit_from(albedo, towards_sun, normal.z, p_eye);
+    vec3 light = lit_from(albedo, towards_sun, normal.z, p_eye);
+#ifdef POINT_LIGHTS
+    light += albedo * point_light(p_eye, normal);
+#endif
+    return light;
 }

@@ -7,6 +7,10 @@ flat in vec3 layer;
 flat in vec3 tint;
 flat in vec3 sun_object;
 flat in vec3 up_object;
+#ifdef POINT_LIGHTS
+flat in vec4 rotation_of;
+flat in vec3 middle_eye;
+#endif
 #ifdef CASCADES
 flat in float sun_part;
 #endif
@@ -36,6 +40,9 @@ void main() {
     vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object), place_of);
 #else
     vec3 light = lit_from(root * root, towards_sun, dot(normal, up_object), vec3(0.0));
+#endif
+#ifdef POINT_LIGHTS
+    light += root * root * point_light(middle_eye, rotated(rotation_of, normal));
 #endif
 #ifdef WATER
     colour_out = vec4(shown_at(light, place_eye), 1.0);

@@ -16,6 +16,10 @@ flat out vec3 layer;       // x: of the view, y: of the mipmaps, z: coverage
 flat out vec3 tint;        // of the view's colours
 flat out vec3 sun_object;  // unit, in the object's frame
 flat out vec3 up_object;
+#ifdef POINT_LIGHTS
+flat out vec4 rotation_of;
+flat out vec3 middle_eye;  // of the object's bounds
+#endif
 #ifdef CASCADES
 flat out float sun_part;   // of the whole billboard
 #endif
@@ -69,6 +73,10 @@ void main() {
     tint = pow(share.yzw, vec3(1.1));
     sun_object = rotated(back, frame.sun.xyz);
     up_object = rotated(back, vec3(0.0, 0.0, 1.0));
+#ifdef POINT_LIGHTS
+    rotation_of = rotation;
+    middle_eye = place.xyz + rotated(rotation, place.w * centre);
+#endif
 #ifdef CASCADES
     // sampled at the object's centre, moved towards the sun by the object's radius to avoid self-shadowing
     vec3 middle = place.xyz + rotated(rotation, place.w * centre);

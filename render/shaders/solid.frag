@@ -52,6 +52,9 @@ void main() {
     float lamp = (1.0 - sky) * (0.25 + 0.75 * max(dot(normal, -along), 0.0)) *
                  (0.35 + 0.65 * smoothstep(0.6, 0.95, dot(along, frame.forward.xyz)));
     light += albedo * kLampLight * lamp / (range * range);
+#ifdef POINT_LIGHTS
+    light += albedo * point_light(p_eye, normal);
+#endif
     // no haze of the open air inside
     colour_out = vec4(mix(display(light), shown_at(light, p_eye), sky), 1.0);
 }

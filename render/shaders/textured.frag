@@ -60,6 +60,9 @@ void main() {
     vec3 light = lit_from(albedo.rgb * (1.0 - rough_metal.y), sun * dot(normal, frame.sun.xyz),
                           normal.z, p_eye) +
                  reflected(front, rough_metal.x, normal, sun);
+#ifdef POINT_LIGHTS
+    light += albedo.rgb * (1.0 - rough_metal.y) * point_light(p_eye, normal);
+#endif
 #else
     vec3 light = lit_at(albedo.rgb, normal, p_eye, smooth_normal);
 #endif

@@ -6,6 +6,7 @@
 #include "light/frame_uniforms.h"
 #include "light/ground_materials.h"
 #include "light/ground_shade.h"
+#include "light/point_lights.h"
 #include "light/shadow_maps.h"
 #include "light/sky_light.h"
 #include "objects/scene_objects.h"
@@ -125,6 +126,13 @@ Result<void> check(const TerrainMesh& mesh, const View& view, const Framebuffer&
     return {};
 }
 
+// The lighting of all that is not ground.
+LightFeatures without_ground(LightFeatures features) {
+    features.has_imagery = false;
+    features.anisotropy = 0;
+    return features;
+}
+
 }  // namespace
 
 struct TerrainRenderer::State {
@@ -144,6 +152,8 @@ struct TerrainRenderer::State {
     std::unique_ptr<GroundImagery> imagery;  // null: none
     std::unique_ptr<SkyLight> sky;           // null without an atmosphere
     std::optional<GroundMaterials> materials;
+    LightFeatures features;
+    PointLights point_lights;
     double time = 0.0;
     GroundDraws draws;
     bool has_marks = false;
@@ -163,6 +173,7 @@ struct TerrainRenderer::State {
     static Result<GroundPrograms> make_ground_programs(const std::string& defines);
     Result<void> make_programs(const std::string& lighting);
     Result<void> choose_programs(const TerrainMesh& mesh);
+    Result<void> choose_lighting(bool has_point_lights);
     void make_buffers();
     void draw_shadows(const FrameUniforms& uniforms, const View& view);
     void draw_walls();
@@ -201,6 +212,22 @@ Result<void> TerrainRenderer::State::choose_programs(const TerrainMesh& mesh) {
         TERRANE_TRY(of_device, make_ground_programs("#define FROM_DEVICE\n"));
     }
     ground = mesh.device != nullptr ? &of_device : &of_chunks;
+    return {};
+}
+
+// Compiles the programs with or without point lights.
+Result<void> TerrainRenderer::State::choose_lighting(bool has_point_lights) {
+    LightFeatures wanted = features;
+    wanted.point_lights = has_point_lights ? kMostPointLights : 0;
+    if (wanted.point_lights == features.point_lights) return {};
+    const std::string lighting = light_text(without_ground(wanted));
+    TERRANE_TRY(GroundShade::Programs of_ground, shade.make_programs(light_text(wanted)));
+    TERRANE_TRY(GlProgram made_walls, make_program("the walls of volumes", solid_vert,
+                                                   lighting + std::string(solid_frag)));
+    TERRANE_TRY(scene.set_lighting(lighting));
+    shade.use(std::move(of_ground));
+    solid_walls = VolumeDraws::Program(std::move(made_walls));
+    features = wanted;
     return {};
 }
 
@@ -287,14 +314,15 @@ Result<TerrainRenderer> TerrainRenderer::create(GlContext& context, int width_px
                 Framebuffer::create(width_px, height_px, settings.sample_count,
                                     settings.smooth_edges, settings.ground_look.has_value()));
     const bool has_shadows = settings.shadow_distance > 0.0;
-    LightFeatures features = {.cascades = has_shadows ? kCascades : 0,
-                              .has_penumbra = settings.sun_radius > 0.0,
-                              .has_atmosphere = settings.atmosphere,
-                              .has_water = settings.water_level.has_value(),
-                              .has_waves = settings.has_waves};
-    const std::string lighting = light_text(features);
-    features.has_imagery = settings.imagery != nullptr;
-    if (settings.ground_look) features.anisotropy = anisotropy_of(context, *settings.ground_look);
+    const LightFeatures features = {
+        .cascades = has_shadows ? kCascades : 0,
+        .has_penumbra = settings.sun_radius > 0.0,
+        .has_atmosphere = settings.atmosphere,
+        .has_water = settings.water_level.has_value(),
+        .has_waves = settings.has_waves,
+        .has_imagery = settings.imagery != nullptr,
+        .anisotropy = settings.ground_look ? anisotropy_of(context, *settings.ground_look) : 0};
+    const std::string lighting = light_text(without_ground(features));
     TERRANE_TRY(GroundShade shade,
                 GroundShade::create(picture.sample_count(), light_text(features),
                                     picture.is_smoothed(), settings.ground_look.has_value()));
@@ -302,6 +330,7 @@ Result<TerrainRenderer> TerrainRenderer::create(GlContext& context, int width_px
                                          settings.texture_bytes, !context.is_software());
     state->context = context.keep_alive();
     state->settings = settings;
+    state->features = features;
     state->is_hosted = context.is_adopted();
     if (context.is_software()) state->ground_casters = GroundCasters::backs;
     if (settings.ground_look) state->materials.emplace(settings, features.anisotropy);
@@ -356,6 +385,8 @@ Result<void> TerrainRenderer::draw(const TerrainMesh& mesh, const View& view,
         state.sky->prepare(view.eye_world.z());
         state.sky->bind();
     }
+
+    if (!state.point_lights.is_empty()) state.point_lights.bind(view.eye_world);
 
     state.timer.begin();
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
@@ -426,6 +457,15 @@ Result<void> TerrainRenderer::set_sun(const Eigen::Vector3d& sun_direction) {
     if (state.shadows) state.shadows.emplace(state.settings);
     if (state.sky) state.sky = std::make_unique<SkyLight>(state.settings);
     return check_gl("move the sun");
+}
+
+Result<void> TerrainRenderer::set_point_lights(std::span<const PointLight> lights) {
+    State& state = *state_;
+    TERRANE_TRY(check_point_lights(lights));
+    const HostState host(state.is_hosted);
+    TERRANE_TRY(state.choose_lighting(!lights.empty()));
+    state.point_lights.set(lights);
+    return check_gl("set the point lights");
 }
 
 void TerrainRenderer::set_wireframe(bool is_on) { state_->settings.wireframe = is_on; }

@@ -471,6 +471,34 @@ def pictures_return_and_differ(terrane, folder):
     view.end()
 
 
+def lights_what_is_at_the_cursor(terrane, folder):
+    night = ["--sun-deg", "20,-5"]
+    view = View(terrane, folder, *night, "--eye-m", "0,0,40", "--aim-deg", "0,-20", size=(120, 90))
+    view.settle()
+    dark = view.picture()
+    view.key("v")
+    placed = view.wait("a light", lambda s: len(s["lights"]) == 1)["lights"][0]
+    lit = view.picture()
+    assert changed_share(dark, lit) > 0.02 and sum(map(sum, lit[1])) > sum(map(sum, dark[1])), changed_share(dark, lit)
+    view.key("k")
+    words = shlex.split(view.wait("a command", lambda s: s["note"].startswith("terrane view "))["note"])
+    for _ in range(8):
+        view.key("v")
+        view.frames(1)
+    view.wait("a refusal", lambda s: s["note"] == "there can be 8 point lights")
+    for _ in range(8):
+        view.key("i")
+        view.frames(1)
+    view.wait("no light", lambda s: s["lights"] == [])
+    assert changed_share(dark, view.picture()) < 0.01
+    view.end()
+    again = View(terrane, folder, *night, *words[words.index("--eye-m"):], size=(120, 90))
+    assert math.dist(again.state["lights"][0], placed) < 0.01, (again.state["lights"], placed)
+    again.settle()
+    assert changed_share(lit, again.picture()) < 0.01
+    again.end()
+
+
 def dials_act_at_once(terrane, folder):
     view = View(terrane, folder, "--eye-m", "0,0,40", "--aim-deg", "0,-20", size=(800, 640))
     view.key("F2")
@@ -574,7 +602,8 @@ def ends_in_a_line_without_a_display(terrane, folder):
 
 
 CASES = [flies_walks_drives_and_throws, picks_digs_and_undoes, frees_what_a_fill_covers, plays_seeks_and_steps, replays_a_record_and_seeks, rewinds_what_was_driven, records_what_is_done, stays_in_a_cave,
-         resizes_pictures_and_copies, marks_and_panels_work, pictures_return_and_differ, dials_act_at_once,
+         resizes_pictures_and_copies, marks_and_panels_work, pictures_return_and_differ, lights_what_is_at_the_cursor,
+         dials_act_at_once,
          panels_leave_half_of_the_window, refuses_what_cannot_be, ends_in_a_line_without_a_display]
 
 

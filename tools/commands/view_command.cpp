@@ -18,6 +18,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -51,11 +52,12 @@ std::string quoted(const std::string& word) {
     return text + "'";
 }
 
-// The command line of this view without the camera's place, the window's size, and the files that it writes.
+// The command line of this view without the camera's place, the window's size, the lights, and the files that it
+// writes.
 std::string given_flags(const CLI::App& command) {
-    const std::set<std::string> left_out{"--eye-m",     "--aim-deg",       "--size",
-                                         "--state-log", "--close-after-s", "--json",
-                                         "--out",       "--help",          "--record"};
+    const std::set<std::string> left_out{"--eye-m",     "--aim-deg",       "--size", "--light",
+                                         "--state-log", "--close-after-s", "--json", "--out",
+                                         "--help",      "--record"};
     std::string text = "terrane view";
     for (const CLI::Option* option : command.get_options()) {
         const std::string name = option->get_name();
@@ -160,12 +162,20 @@ CommandResult<void> run_view(const ViewOptions& options, const CLI::App& command
         settings.folder = options.out;
     }
     settings.state_log = options.state_log;
-    settings.command_of = [flags = given_flags(command)](const CameraPlace& place,
-                                                         const ImageSize& size) {
+    settings.command_of = [flags = given_flags(command), ground = heightfield_of(terrain)](
+                              const CameraPlace& place, const ImageSize& size,
+                              std::span<const PlacedLight> lights) {
         const WorldPos& eye = place.eye_world;
-        return fmt::format("{} --size {}x{} --eye-m {:.3f},{:.3f},{:.3f} --aim-deg {:.3f},{:.3f}",
-                           flags, size.width_px, size.height_px, eye.x(), eye.y(), eye.z(),
-                           place.azimuth_deg, place.elevation_deg);
+        std::string text =
+            fmt::format("{} --size {}x{} --eye-m {:.3f},{:.3f},{:.3f} --aim-deg {:.3f},{:.3f}",
+                        flags, size.width_px, size.height_px, eye.x(), eye.y(), eye.z(),
+                        place.azimuth_deg, place.elevation_deg);
+        for (const PlacedLight& light : lights) {
+            const LightPlace at = light_place(light, *ground);
+            text += fmt::format(" --light {:.3f},{:.3f},{:.3f},{:.6g}", at.place.x(), at.place.y(),
+                                at.height, at.strength);
+        }
+        return text;
     };
     TERRANE_TRY(std::optional<RunRecorder> recorder, begin_record(options.record, command, terrain,
                                                                   {.kind = RunKind::view,

@@ -58,7 +58,36 @@ Result<CameraPath> follow_track(Track track, const HeightSource& source,
 
 namespace {
 
+constexpr double kMostLightHeight = 1e6;  // above the ground, metres
+constexpr double kLeastStrength = 1e-3, kMostStrength = 1e6;
+
 bool is_drivable(const std::string& path) { return path != "spins" && path != "teleports"; }
+
+}  // namespace
+
+namespace {
+
+// A value of --light. Throws a CLI::ParseError, as the flags do.
+LightPlace read_light(const std::string& text) {
+    const std::optional<std::vector<std::string>> items = parse_list(text);
+    std::vector<double> numbers;
+    for (const std::string& item : items.value_or(std::vector<std::string>())) {
+        if (const std::optional<double> number = parse_number(item)) numbers.push_back(*number);
+    }
+    const bool is_read = items && numbers.size() == items->size() && numbers.size() >= 3 &&
+                         numbers.size() <= 4 && std::abs(numbers[2]) <= kMostLightHeight;
+    LightPlace light;
+    if (is_read && numbers.size() == 4) light.strength = numbers[3];
+    if (!is_read || !(light.strength >= kLeastStrength && light.strength <= kMostStrength)) {
+        throw CLI::ValidationError(
+            "--light", fmt::format("must be a place X,Y, a height within {:g} m and, if wanted, a "
+                                   "strength of {:g} to {:g}, got '{}'",
+                                   kMostLightHeight, kLeastStrength, kMostStrength, text));
+    }
+    light.place = {numbers[0], numbers[1]};
+    light.height = numbers[2];
+    return light;
+}
 
 }  // namespace
 
@@ -91,6 +120,20 @@ void add_look_options(CLI::App& app, FlightOptions& options) {
            "Time for the sun's place over a raster with a CRS, as 2026-06-21T14:30Z or with "
            "an offset, as +02:00")
         ->type_name("TIME");
+    std::vector<LightPlace>* const lights = &options.lights;
+    app.add_option_function<std::vector<std::string>>(
+           "--light",
+           [lights](const std::vector<std::string>& texts) {
+               lights->clear();
+               for (const std::string& text : texts) lights->push_back(read_light(text));
+           },
+           fmt::format("A point light: its place, its height above the ground, metres, and its "
+                       "strength, 100 unless said: the light of white at 1 m, where the sun gives "
+                       "about 2.75. At most {} times",
+                       kMostPointLights))
+        ->type_name("X,Y,H[,S]")
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     std::optional<GroundPalette>* const ground = &options.ground;
     add_choice(
         app, "--ground", {std::begin(kPaletteNames), std::end(kPaletteNames)}, 0,
@@ -257,11 +300,12 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     if (options.shadows > 0.0 && !options.has_pictures()) {
         return usage_error("--shadows is for pictures: it needs --png or --video");
     }
-    const std::array<std::pair<bool, const char*>, 8> of_pictures{
+    const std::array<std::pair<bool, const char*>, 9> of_pictures{
         {{options.look != Look::plain, "--look"},
          {options.triangulator != TriangulatorChoice::cpu, "--triangulator"},
          {options.sun_deg.has_value(), "--sun-deg"},
          {!options.sun_time.empty(), "--sun-time"},
+         {!options.lights.empty(), "--light"},
          {options.ground.has_value(), "--ground"},
          {!std::isnan(options.snow_line), "--snow-line-m"},
          {!std::isnan(options.water_m), "--water-m"},
@@ -269,6 +313,10 @@ CommandResult<void> check_pictures(const FlightOptions& options) {
     for (const auto& [is_given, flag] : of_pictures) {
         if (is_given && !options.has_pictures())
             return usage_error(fmt::format("{} is for pictures: it needs --png or --video", flag));
+    }
+    if (options.lights.size() > kMostPointLights) {
+        return usage_error(fmt::format("--light can be given {} times, got {}", kMostPointLights,
+                                       options.lights.size()));
     }
     if (options.sun_deg && !options.sun_time.empty())
         return usage_error("--sun-deg and --sun-time exclude each other");

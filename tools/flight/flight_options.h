@@ -18,6 +18,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -36,6 +37,13 @@ enum class Look {
     plain,  ///< ground in tints, still water, a sky and haze of fixed colours
     /// Ground in materials, waves; sky, haze and light by scattering in the air, smooth edges, penumbrae.
     full,
+};
+
+/// A value of --light.
+struct LightPlace {
+    WorldVec2 place = WorldVec2(0.0, 0.0);  ///< world, metres
+    double height = 0.0;                    ///< above the ground without volumes and digs, metres
+    double strength = 100.0;                ///< see PlacedLight
 };
 
 /// What triangulates frames with pictures.
@@ -63,6 +71,7 @@ struct FlightOptions {
     std::optional<WorldVec2> sun_deg =
         {};                ///< azimuth from world y, clockwise, and elevation of the sun, degrees
     std::string sun_time;  ///< for the sun's place; "" if not given
+    std::vector<LightPlace> lights = {};
     std::optional<GroundPalette> ground = {};  ///< palette of the materials; absent: as the look
     /// Of the materials, metres; NaN if not given, as the next one.
     double snow_line = std::numeric_limits<double>::quiet_NaN();
@@ -100,8 +109,8 @@ struct FlightOptions {
     bool waits_for_clock() const { return realtime || window; }
 };
 
-/// Adds --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --ground, --snow-line-m, --water-m and
-/// --show-proxies.
+/// Adds --size, --fov-deg, --samples, --shadows, --look, --sun-deg, --sun-time, --light, --ground, --snow-line-m,
+/// --water-m and --show-proxies.
 void add_look_options(CLI::App& app, FlightOptions& options);
 /// Adds --budget, --max-error-px, --morph-ratio, --memory-mb and --threads.
 void add_frame_options(CLI::App& app, FlightOptions& options);

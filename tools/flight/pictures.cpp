@@ -26,6 +26,9 @@ constexpr double kClearDay = 20'000.0;
 constexpr double kLeastRelief =
     1500.0;  // least height difference of lowest and highest tint, metres
 
+const Eigen::Vector3d kLightColour(1.0, 0.86, 0.66);  // of point lights
+constexpr double kLeastLight = 0.01;                  // at the end of their range
+
 // Fits the tint range to the 2nd to 98th percentile of the heights.
 void fit_tints(const Terrain& terrain, RendererSettings& settings) {
     constexpr int kProbes = 48;
@@ -114,6 +117,35 @@ Result<RendererSettings> picture_settings(const FlightOptions& options, const Te
     return settings;
 }
 
+Result<std::vector<PlacedLight>> placed_lights(const FlightOptions& options,
+                                               const HeightSource& source) {
+    std::vector<PlacedLight> lights;
+    for (const LightPlace& light : options.lights) {
+        const double x = light.place.x(), y = light.place.y(), ground = source.height(x, y);
+        if (!std::isfinite(ground)) {
+            return fail(ErrorCode::invalid_argument,
+                        "--light: there is no ground at " + number_text(x) + ", " + number_text(y));
+        }
+        lights.push_back({{x, y, ground + light.height}, light.strength});
+    }
+    return lights;
+}
+
+LightPlace light_place(const PlacedLight& light, const HeightSource& source) {
+    const WorldPos& p = light.position_world;
+    return {p.head<2>(), p.z() - source.height(p.x(), p.y()), light.strength};
+}
+
+Result<void> set_lights(TerrainRenderer& renderer, std::span<const PlacedLight> lights) {
+    std::vector<PointLight> points;
+    for (const PlacedLight& light : lights) {
+        points.push_back({.position_world = light.position_world,
+                          .intensity = light.strength * kLightColour,
+                          .range = std::sqrt(light.strength / kLeastLight)});
+    }
+    return renderer.set_point_lights(points);
+}
+
 Result<std::optional<GpuTriangulator>> make_device_triangulator(const FlightOptions& options,
                                                                 const GlContext& context,
                                                                 const HeightSource& source) {
@@ -148,6 +180,8 @@ Result<FlightPictures> FlightPictures::create(const FlightOptions& options, cons
     TERRANE_TRY(
         TerrainRenderer renderer,
         TerrainRenderer::create(context, options.size.width_px, options.size.height_px, settings));
+    TERRANE_TRY(const std::vector<PlacedLight> lights, placed_lights(options, *terrain.source));
+    TERRANE_TRY(set_lights(renderer, lights));
     FlightPictures pictures(std::move(window), std::move(context), std::move(renderer),
                             options.fps);
     TERRANE_TRY(pictures.triangulator_,

@@ -9,7 +9,9 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace terrane::tools {
 
@@ -19,6 +21,23 @@ namespace terrane::tools {
 /// @param is_software see GlContext::is_software()
 Result<RendererSettings> picture_settings(const FlightOptions& options, const Terrain& terrain,
                                           bool is_software);
+
+/// A point light of pictures.
+struct PlacedLight {
+    WorldPos position_world = WorldPos::Zero();
+    double strength = 0.0;  ///< the red of PointLight::intensity
+    friend bool operator==(const PlacedLight&, const PlacedLight&) = default;
+};
+
+/// The point lights of the options. Fails with invalid_argument for a place without ground.
+Result<std::vector<PlacedLight>> placed_lights(const FlightOptions& options,
+                                               const HeightSource& source);
+/// The inverse: the value of --light for a light.
+LightPlace light_place(const PlacedLight& light, const HeightSource& source);
+
+/// Gives lights to a renderer. They are warm white, and end where 1 % of white would be left.
+/// Fails as TerrainRenderer::set_point_lights()
+Result<void> set_lights(TerrainRenderer& renderer, std::span<const PlacedLight> lights);
 
 /// The triangulator that --triangulator chooses for a context; none for the CPU.
 ///

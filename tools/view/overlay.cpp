@@ -33,7 +33,7 @@ constexpr double kLeastBandwidth_mb = 0.1, kMostBandwidth_mb = 1000.0;
 constexpr float kMapSide = 260.0f,
                 kMapShare = 0.4f;  // of the map, and of the window's shorter side
 
-constexpr std::array<KeyHelp, 32> kKeys{{
+constexpr std::array<KeyHelp, 33> kKeys{{
     {"W A S D", "fly, walk or drive", true},
     {"right mouse", "look around (hold)", true},
     {"wheel", "faster or slower; nearer in an orbit", true},
@@ -60,6 +60,7 @@ constexpr std::array<KeyHelp, 32> kKeys{{
     {"L", "loop the playback"},
     {"P", "back onto the path"},
     {"Y", "hold it: the shadow at the cursor follows, and the sun"},
+    {"V / I", "a point light at the cursor; remove the last"},
     {"G", "colours of the ground: levels, chunks, error, late, materials"},
     {"T", "wireframe"},
     {"F11", "full screen"},
@@ -373,6 +374,10 @@ void Overlay::draw_dials(ViewDials& dials) {
                    is_limited ? "%.1f" : "no limit")) {
         dials.bandwidth_mb =
             bandwidth < kMostBandwidth_mb ? bandwidth : std::numeric_limits<double>::infinity();
+    }
+    for (std::size_t i = 0; i < dials.lights.size(); ++i) {
+        log_slider(fmt::format("light {}", i + 1).c_str(), dials.lights[i].strength, 1.0, 1e5,
+                   "%.3g");
     }
 }
 

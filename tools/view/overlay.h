@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "flight/pictures.h"
 #include "flight/window.h"
 #include "frames/flight_log.h"
 #include "view/live_world.h"
@@ -45,6 +46,7 @@ struct ViewDials {
     VehicleKind vehicle = VehicleKind::truck;
     double brush_radius = 2.0;  ///< of digs, metres
     LiveSettings live = {};
+    std::vector<PlacedLight> lights = {};
     double latency_ms = 0.0;  ///< of simulated storage, as the next one
     double bandwidth_mb = std::numeric_limits<double>::infinity();  ///< MB of 10^6 bytes a second
 };

@@ -173,6 +173,8 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
         .latency_ms = given(options.latency_ms).value_or(0.0),
         .bandwidth_mb =
             given(options.bandwidth_mb).value_or(std::numeric_limits<double>::infinity())};
+    TERRANE_TRY(viewer.dials_.lights, placed_lights(options, *terrain.source));
+    TERRANE_TRY(set_lights(viewer.renderer_, viewer.dials_.lights));
     if (viewer.brush_ != nullptr) {
         viewer.dials_.brush_radius =
             std::max(viewer.dials_.brush_radius, viewer.brush_->least_radius());
@@ -380,6 +382,7 @@ Result<void> Viewer::follow_dials() {
         TERRANE_TRY(renderer_.set_sun(sun_direction(now.sun_deg)));
         maker_.objects()->set_shadows(renderer_.shadows());
     }
+    if (now.lights != before.lights) TERRANE_TRY(set_lights(renderer_, now.lights));
     if (now.memory_mb != before.memory_mb) {
         const auto bytes = static_cast<std::size_t>(now.memory_mb * 0x1p20);
         if (const Result<void> changed = maker_.pager().set_memory_bytes(bytes); !changed) {
@@ -624,6 +627,11 @@ void Viewer::log_state(const MadeFrame& frame, const View& view) {
                                 ? nlohmann::ordered_json(applied_.bandwidth_mb)
                                 : nlohmann::ordered_json();
     state["sun_deg"] = applied_.sun_deg;
+    state["lights"] = nlohmann::ordered_json::array();
+    for (const PlacedLight& light : applied_.lights) {
+        const WorldPos& p = light.position_world;
+        state["lights"].push_back({p.x(), p.y(), p.z(), light.strength});
+    }
     state["colours"] = kGroundColourNames[static_cast<std::size_t>(applied_.colours)];
     state["waiting_digs"] = brush_ != nullptr ? brush_->waiting() : 0;
     state["update_ms"] = record.update_ms;

@@ -3,6 +3,7 @@
 
 #include "flight/film.h"
 #include "flight/flight_options.h"
+#include "flight/pictures.h"
 #include "flight/window.h"
 #include "frames/frame_maker.h"
 #include "program/command.h"
@@ -29,6 +30,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -64,8 +66,10 @@ struct ViewerSettings {
     double seconds = std::numeric_limits<double>::infinity();  ///< after which the window closes
     std::string folder = ".";                                  ///< of pictures and films
     std::string state_log = {};  ///< file of a JSON line for each frame; "": none
-    /// The command line that makes a view from a place, in a window of a size.
-    std::function<std::string(const CameraPlace& place, const ImageSize& size)> command_of;
+    /// The command line that makes a view from a place, in a window of a size, with point lights.
+    std::function<std::string(const CameraPlace& place, const ImageSize& size,
+                              std::span<const PlacedLight> lights)>
+        command_of;
     /// Of the terrain's source, still fast; slow as the options say once the view has begun. Not null.
     std::shared_ptr<SlowHeights> storage = {};
     std::string why_no_brush = {};  ///< if the user cannot dig, the message of a dig
@@ -165,6 +169,8 @@ private:
     const TerrainMesh& host_mesh();
     std::optional<Pick> pick(double x_px, double y_px);
     std::vector<std::string> chunk_lines(const WorldPos& p_world);
+    void place_light();
+    void remove_light();
     void hold_shadow();
     void drag_shadow();
     std::string lonlat_text(const WorldPos& p_world) const;

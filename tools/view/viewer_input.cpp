@@ -31,6 +31,11 @@ constexpr double kShadowShare = 0.25;  // of the distance from the eye: to what 
 constexpr double kLeastCaster = 0.5;   // metres from the shadow to what casts it
 constexpr double kLeastSun = 1.0;      // elevation, degrees
 
+// of a point light that is placed
+constexpr double kLightShare = 0.05;       // of the distance from the eye: its height
+constexpr double kLeastLightHeight = 2.0;  // metres
+constexpr double kLightOnGround = 10.0;    // of white below it
+
 const char* name_of(BodyCondition condition) {
     switch (condition) {
         case BodyCondition::awake:
@@ -169,6 +174,32 @@ std::vector<std::string> Viewer::chunk_lines(const WorldPos& p_world) {
         lines.back() += fmt::format(", within {:.2f} px", std::min(error, mesh_.error_px));
     }
     return lines;
+}
+
+// Places a point light over what is at the cursor.
+void Viewer::place_light() {
+    const std::optional<Pick> at = pick(input_.x, input_.y);
+    if (!at) {
+        say("no ground at the cursor");
+    } else if (dials_.lights.size() == kMostPointLights) {
+        say(fmt::format("there can be {} point lights", kMostPointLights));
+    } else {
+        const double distance = (at->point_world - view_now().eye_world).norm();
+        const double height = std::max(kLeastLightHeight, kLightShare * distance);
+        const double strength = kLightOnGround * height * height;
+        dials_.lights.push_back({at->point_world + WorldPos(0.0, 0.0, height), strength});
+        say(fmt::format("point light {} of {}, {:.3g} m up, strength {:.3g}", dials_.lights.size(),
+                        kMostPointLights, height, strength));
+    }
+}
+
+void Viewer::remove_light() {
+    if (dials_.lights.empty()) {
+        say("there is no point light: V places one");
+        return;
+    }
+    dials_.lights.pop_back();
+    say(fmt::format("{} point lights", dials_.lights.size()));
 }
 
 // Takes hold of the shadow at the cursor: that of the first thing towards the sun or, without one, of a point there.
@@ -472,6 +503,12 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
         case GLFW_KEY_Y:
             hold_shadow();
             break;
+        case GLFW_KEY_V:
+            place_light();
+            break;
+        case GLFW_KEY_I:
+            remove_light();
+            break;
         case GLFW_KEY_G: {
             // without materials the last ones are left out
             const std::size_t count =
@@ -494,8 +531,8 @@ Result<void> Viewer::react_to_key(const WindowInput::Press& key) {
             toggle_film();
             break;
         case GLFW_KEY_K: {
-            const std::string command =
-                settings_.command_of(place_now(), {picture_.width_px, picture_.height_px});
+            const std::string command = settings_.command_of(
+                place_now(), {picture_.width_px, picture_.height_px}, dials_.lights);
             window_.set_clipboard(command);
             say(command);
             break;

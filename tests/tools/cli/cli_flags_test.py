@@ -27,6 +27,7 @@ WRONG_VALUES = {
                                         "--sun-deg": "1 1,2,3 nan,1 0,91 361,0",
                                         "--sun-time": "noon 2026-06-21 2026-13-01T00:00Z 2026-06-21T24:00Z "
                                                       "2026-06-21T14:30 2026-06-21T14:30+0200 1899-12-31T23:59Z",
+                                        "--light": "1 1,2 1,2,3,0 1,2,3,4,5 nan,0,1 1,2,2e6 1,2,3,2e6",
                                         "--ground": "mars", "--snow-line-m": "nan 1e10 high", "--water-m": "inf deep"},
     "fly --seed 1": {"--latency-ms": "-1", "--bandwidth-mb": "0", "--policy": "x deadline,distance", "--radius": "0",
                      "--path": "zigzag", "--threads": "257"},

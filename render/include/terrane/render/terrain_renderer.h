@@ -62,6 +62,22 @@ struct GroundLookSettings {
     int anisotropy = 8;
 };
 
+/// A point that shines equally in all directions. The light of a surface falls with the square of its distance, times
+/// the window (1 - (distance / range)^4)^2, which ends it at the range. It casts no shadows, has no highlights and does
+/// not lighten the air.
+///
+/// Source: B. Karis. Real Shading in Unreal Engine 4. SIGGRAPH 2013.
+struct PointLight {
+    WorldPos position_world = WorldPos::Zero();  ///< within 1e12 m of the origin
+    /// Light of a white surface that faces the point from 1 m: red, green and blue, linear, 0 to 1e9. The unit is that
+    /// of the picture before tone mapping, in which the sun without an atmosphere gives (2.75, 2.40, 1.90); exposure
+    /// does not change it.
+    Eigen::Vector3d intensity = Eigen::Vector3d(100.0, 100.0, 100.0);
+    double range = 100.0;  ///< metres, above 0 to 1e6
+};
+/// The most point lights of a renderer.
+inline constexpr std::size_t kMostPointLights = 8;
+
 /// Light, haze, tints and quality of TerrainRenderer.
 struct RendererSettings {
     Eigen::Vector3d sun_direction = Eigen::Vector3d(-0.5, 0.4, 0.77);  ///< towards the sun
@@ -205,6 +221,13 @@ public:
     /// direction that is zero or not finite.
     /// Cost: with an atmosphere its tables, about 60 ms
     Result<void> set_sun(const Eigen::Vector3d& sun_direction);
+    /// Replaces the point lights, none at first, from the next draw() on. They light ground, volumes, objects,
+    /// impostors and particles.
+    ///
+    /// Fails: invalid_argument for more than kMostPointLights and for numbers that are not finite or out of range;
+    ///        device_unavailable if shaders do not compile; the lights are kept then
+    /// Cost:  without lights none; the change from none to some and back compiles shaders
+    Result<void> set_point_lights(std::span<const PointLight> lights);
     /// Turns RendererSettings::wireframe on or off from the next draw() on.
     void set_wireframe(bool is_on);
     /// Draws a colour over the triangles of each chunk of the heightfield, such as one for its level, from the next
