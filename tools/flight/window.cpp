@@ -115,15 +115,20 @@ Result<Window> Window::create(const std::string& title, int width, int height,
         return fail(ErrorCode::device_unavailable, "no window can be opened: " + glfw_trouble());
     }
     auto state = std::make_unique<State>();
-    // EGL, as off screen, so that both use one driver
-    glfwWindowHint(GLFW_CONTEXT_CREATION_API, GLFW_EGL_CONTEXT_API);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    state->window = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    // GLX on X11: a software rasteriser then shares its pictures with the server, where EGL sends them through a
+    // socket. EGL for servers without GLX.
+    for (const int api : {GLFW_NATIVE_CONTEXT_API, GLFW_EGL_CONTEXT_API}) {
+        glfwWindowHint(GLFW_CONTEXT_CREATION_API, api);
+        state->window = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+        if (state->window != nullptr) break;
+    }
     if (state->window == nullptr) {
         return fail(ErrorCode::device_unavailable, "no window can be opened: " + glfw_trouble());
     }
+    glfwGetError(nullptr);  // that of GLX, if EGL took its place
     state->listen();
     glfwMakeContextCurrent(state->window);
     glfwSwapInterval(waits_for_display ? 1 : 0);
