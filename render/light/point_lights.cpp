@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <string>
 
 namespace terrane::internal {
@@ -16,10 +15,9 @@ constexpr double kFarthestLight = 1e12;  // metres from the origin along an axis
 constexpr double kMostIntensity = 1e9;
 constexpr double kMostLightRange = 1e6;  // metres
 
-/// The uniform block `PointLights` of point_light.glsl, in its std140 layout.
+/// The uniform block `PointLights` of point_light.glsl, in its std140 layout; zeros for lights that are absent.
 struct PointLightUniforms {
     std::array<std::array<float, 4>, kMostPointLights> places{}, intensities{};
-    std::array<std::int32_t, 4> count{};
 };
 
 }  // namespace
@@ -70,7 +68,6 @@ void PointLights::bind(const WorldPos& eye_world) {
                               static_cast<float>(1.0 / (light.range * light.range))};
         uniforms.intensities[i] = {intensity.x(), intensity.y(), intensity.z(), 0.0f};
     }
-    uniforms.count[0] = static_cast<std::int32_t>(lights_.size());
     glNamedBufferSubData(uniforms_.name(), 0, sizeof(uniforms), &uniforms);
     constexpr GLuint kBlock = 4;
     glBindBufferBase(GL_UNIFORM_BUFFER, kBlock, uniforms_.name());
