@@ -33,7 +33,7 @@ VILLAGE = ["--scene", str(DATA / "village.json")]
 RASTER = ["--dem", str(DATA / "jacksboro.tif")]
 MEADOW = [*RASTER, "--seed", "7", "--detail-m", "0.5", "--start-m", "2790,190"]
 # the boxes of the panel that show marks of bodies, over a raster with a CRS
-MARKS = {"contacts": (118, 591), "bounds": (204, 591), "needs": (275, 591)}
+MARKS = {"contacts": (118, 631), "bounds": (204, 631), "needs": (275, 631)}
 
 
 class Display:
