@@ -3,8 +3,8 @@
 #
 # A version script, generated from the headers, does this instead of a macro on every class and function, so that
 # headers stay readable and new headers need nothing. It exports the functions and classes that a public header
-# declares, all names nested in these classes, and names in terrane::internal that other components use: those of base/
-# and of a chunk's private part.
+# declares, all names nested in these classes, and names in terrane::internal that other components use: those of base/,
+# of a chunk's private part and of a raster's surface.
 
 # terrane_limit_exports(target headers...)
 function(terrane_limit_exports target)
@@ -21,7 +21,8 @@ function(terrane_limit_exports target)
     # Private headers whose functions other components call.
     file(GLOB private_headers ${PROJECT_SOURCE_DIR}/base/*.h)
     if(target STREQUAL "terrane_terrain")
-        set(private_headers ${PROJECT_SOURCE_DIR}/terrain/chunk/chunk_vertices.h)
+        file(GLOB private_headers ${PROJECT_SOURCE_DIR}/terrain/bilinear/*.h)
+        list(APPEND private_headers ${PROJECT_SOURCE_DIR}/terrain/chunk/chunk_vertices.h)
     elseif(NOT target STREQUAL "terrane_base")
         set(private_headers)
     endif()

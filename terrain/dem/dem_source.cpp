@@ -2,6 +2,7 @@
 #include "dem_source.h"
 
 #include "bounds/level_bounds.h"
+#include "bounds/raster_lattice.h"
 #include "raster/plane_map.h"
 #include "raster/raster_checks.h"
 #include "raster/resampled_raster.h"
@@ -80,15 +81,15 @@ Result<ContentHash> make_key(const FineSurface& fine) {
     ContentHasher hasher;
     hasher.add(bytes_of(grid));
     ByteWriter rounding;
-    rounding.put(fine.store().base());
-    rounding.put(fine.store().rounding());
+    rounding.put(fine.samples().base());
+    rounding.put(fine.samples().rounding());
     hasher.add(rounding.bytes());
     constexpr int kRows = 64;
     std::vector<double> strip(static_cast<std::size_t>(grid.columns) * kRows);
     for (int row = 0; row < grid.rows; row += kRows) {
         const int rows = std::min(kRows, grid.rows - row);
         strip.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(rows));
-        TERRANE_TRY(fine.store().read(0, row, grid.columns, rows, strip));
+        TERRANE_TRY(fine.samples().read(0, row, grid.columns, rows, strip));
         ByteWriter out;
         out.put_each(std::span(std::as_const(strip)));
         hasher.add(out.bytes());
@@ -305,24 +306,10 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
     } else
         TERRANE_TRY(fine_->vertex_bounds(grid, bounds_out));
     if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
-    // Points of even column and row are not vertices: the corner is a multiple of twice the step. The diamonds of a
-    // centre and of all its descendants lie within three steps of it; the diamonds of a midpoint, within two.
-    std::size_t at = 0;
-    for (int row = 0; row < grid.rows; ++row) {
-        for (int column = 0; column < grid.columns; ++column, ++at) {
-            const int odd = (row & 1) + (column & 1);
-            if (odd == 0) {
-                bounds_out[at] = 0.0f;
-                continue;
-            }
-            const std::int64_t x = grid.corner.x + column * grid.step;
-            const std::int64_t y = grid.corner.y + row * grid.step;
-            const std::int64_t reach = (odd + 1) * grid.step;
-            bounds_out[at] =
-                round_outward(static_cast<double>(bounds_out[at]) +
-                              store_error({x - reach, y - reach}, {x + reach, y + reach}));
-        }
-    }
+    const auto error = [this](LatticePoint low, LatticePoint high) {
+        return store_error(low, high);
+    };
+    add_vertex_error(grid, error, bounds_out);
     return {};
 }
 
@@ -334,15 +321,10 @@ Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bou
     } else
         TERRANE_TRY(fine_->cell_bounds(grid, bounds_out));
     if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
-    std::size_t at = 0;
-    for (int row = 0; row + 1 < grid.rows; ++row) {
-        for (int column = 0; column + 1 < grid.columns; ++column, ++at) {
-            const double error = store_error(
-                {grid.corner.x + column * grid.step, grid.corner.y + row * grid.step},
-                {grid.corner.x + (column + 1) * grid.step, grid.corner.y + (row + 1) * grid.step});
-            bounds_out[at] = round_outward(static_cast<double>(bounds_out[at]) + error);
-        }
-    }
+    const auto error = [this](LatticePoint low, LatticePoint high) {
+        return store_error(low, high);
+    };
+    add_cell_error(grid, error, bounds_out);
     return {};
 }
 
@@ -396,6 +378,10 @@ HeightInterval DemSource::interval(const WorldRect& rect) const {
 
 double DemSource::rise_bound(double distance) const {
     return pyramid_.rise_bound(distance) + 2.0 * store_->rounding();
+}
+
+const FineSurface* DemSource::bilinear_surface() const {
+    return store_->is_resampled() ? nullptr : fine_.get();
 }
 
 }  // namespace terrane::internal

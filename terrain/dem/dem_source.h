@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bounds/bilinear_grid.h"
-#include "bounds/fine_surface.h"
+#include "bilinear/bilinear_grid.h"
+#include "bilinear/fine_surface.h"
 #include "bounds/level_bounds.h"
 #include "raster/raster_store.h"
 
@@ -57,7 +57,7 @@ private:
 };
 
 /// The bilinear surface of a raster as a height source; immutable.
-class DemSource final : public HeightSource {
+class DemSource final : public HeightSource, public BilinearSource {
 public:
     /// Fails: io; timed_out; cancelled; bad_data; out_of_memory; invalid_argument if the finest
     ///        spacing is out of range
@@ -78,6 +78,7 @@ public:
                             std::span<std::uint8_t> flags_out) const override;
     HeightInterval interval(const WorldRect& rect) const override;
     double rise_bound(double distance) const override;
+    const FineSurface* bilinear_surface() const override;
 
 private:
     DemSource(std::shared_ptr<const RasterStore> store, std::shared_ptr<const FineSurface> fine,

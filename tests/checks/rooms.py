@@ -25,9 +25,9 @@ SEES = {
     "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "store", "terrain", "base"},
 }
 FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
-# Rooms of another component that a component may include, beside base: a store writes what chunks hold, and a device
-# triangulates them as terrain does.
-LENT = {"store": {"terrain/chunk"}, "render": {"terrain/chunk", "terrain/lod"}}
+# Rooms of another component that a component may include, beside base: a store writes what chunks hold, and keeps the
+# samples of rasters; a device triangulates chunks as terrain does.
+LENT = {"dem": {"terrain/bilinear"}, "store": {"terrain/bilinear", "terrain/chunk"}, "render": {"terrain/chunk", "terrain/lod"}}
 
 
 def read_tables(page):

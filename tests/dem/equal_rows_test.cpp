@@ -2,8 +2,9 @@
 //
 // Heights and bounds where rows or columns of a raster are equal, as they all are beyond its edges, are not computed
 // again for each. Every bit must be the same as where each is computed.
-#include "bounds/fine_surface.h"
+#include "bilinear/fine_surface.h"
 #include "bounds/level_bounds.h"
+#include "bounds/raster_lattice.h"
 #include "raster_files.h"
 #include "support/random.h"
 

@@ -3,6 +3,7 @@
 // Cost of opening a raster: work proportional to its samples, counted, not timed; memory below the limit; progress
 // reports; timeouts of blocked readers.
 #include "bounds/level_bounds.h"
+#include "bounds/raster_lattice.h"
 #include "dem_source.h"
 #include "raster_files.h"
 #include "support/random.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "bounds/kinked_surface.h"
+#include "bilinear/kinked_surface.h"
 #include "bounds/level_bounds.h"
 #include "raster/cancellable_work.h"
 

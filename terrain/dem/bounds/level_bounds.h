@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bounds/bilinear_grid.h"
-#include "bounds/fine_surface.h"
+#include "bilinear/bilinear_grid.h"
+#include "bilinear/fine_surface.h"
 #include "raster/cancellable_work.h"
 #include "raster/raster_store.h"
 

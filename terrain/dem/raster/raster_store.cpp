@@ -6,78 +6,12 @@
 #include <terrane/base/text.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
 
 namespace terrane::internal {
-namespace {
-
-constexpr std::int32_t kNoData = std::numeric_limits<std::int32_t>::min();
-constexpr double kMostNumber = 0x1p31 - 1.0;
-/// Log2 of the finest step, metres: far below every quantum.
-constexpr int kFinestStepLog2 = -50;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double unpack_integer(std::uint32_t packed, double step) {
-    const auto number = static_cast<std::int32_t>(packed);
-    return number == kNoData ? kNaN : step * static_cast<double>(number);
-}
-
-double unpack_float(std::uint32_t packed, double step) {
-    return step * static_cast<double>(std::bit_cast<float>(packed));
-}
-
-}  // namespace
-
-SamplePacking SamplePacking::of_floats(double scale, double offset) {
-    SamplePacking packing;
-    if (std::isfinite(scale) && scale != 0.0) packing.step_ = scale;
-    if (std::isfinite(offset)) packing.base_ = offset;
-    return packing;
-}
-
-SamplePacking SamplePacking::of_range(double low, double high) {
-    SamplePacking packing;
-    packing.is_integer_ = true;
-    const double range = high - low;
-    // Near 0 a base has no benefit, and integers stay exact.
-    const bool is_far = std::max(std::fabs(low), std::fabs(high)) > 2.0 * range;
-    if (is_far) packing.base_ = low + 0.5 * range;
-    const double reach = std::max(high - packing.base_, packing.base_ - low);
-    packing.step_ = std::ldexp(1.0, kFinestStepLog2);
-    while (reach > (kMostNumber - 1.0) * packing.step_) packing.step_ *= 2.0;
-    // The base is a multiple of the step, and so an integer if the step is an integer.
-    if (is_far) packing.base_ = std::floor(packing.base_ / packing.step_) * packing.step_;
-    return packing;
-}
-
-std::uint32_t SamplePacking::pack_relative(double height) const {
-    const double number = height / step_;
-    if (!is_integer_) return std::bit_cast<std::uint32_t>(static_cast<float>(number));
-    if (std::isnan(number)) return static_cast<std::uint32_t>(kNoData);
-    const double nearest = std::clamp(std::floor(number + 0.5), -kMostNumber, kMostNumber);
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(nearest));
-}
-
-double SamplePacking::unpack(std::uint32_t packed) const {
-    return is_integer_ ? unpack_integer(packed, step_) : unpack_float(packed, step_);
-}
-
-void SamplePacking::unpack(std::span<const std::uint32_t> packed, double* heights_out) const {
-    const double step = step_;
-    if (is_integer_) {
-        for (std::size_t i = 0; i < packed.size(); ++i) {
-            heights_out[i] = unpack_integer(packed[i], step);
-        }
-    } else {
-        for (std::size_t i = 0; i < packed.size(); ++i) {
-            heights_out[i] = unpack_float(packed[i], step);
-        }
-    }
-}
 
 int strip_rows(int columns) {
     constexpr int kSamplesAtOnce = 1 << 22;
@@ -93,7 +27,11 @@ RasterStore::RasterStore(std::shared_ptr<const HeightReader> reader, const Store
       calls_(std::make_unique<GuardedCalls>(settings.patience_s)),
       info_(reader_->info()),
       voids_(info_.columns, info_.rows, !reader_->rows_go_north()),
-      packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())) {}
+      packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())),
+      squares_(info_.columns, kSquareSide,
+               std::max<std::size_t>(
+                   settings_.cache_bytes / (sizeof(std::uint32_t) * kSquareSide * kSquareSide), 4),
+               [this](int x, int y) { return read_square(x, y); }) {}
 
 Result<std::unique_ptr<RasterStore>> RasterStore::open(std::shared_ptr<const HeightReader> reader,
                                                        const StoreSettings& settings,
@@ -278,14 +216,14 @@ void RasterStore::fill_memory() {
     fill_.reset();
 }
 
-Result<std::shared_ptr<const RasterStore::Square>> RasterStore::read_square(int square_x,
+Result<std::shared_ptr<const SquareCache::Square>> RasterStore::read_square(int square_x,
                                                                             int square_y) const {
     const int west = square_x * kSquareSide, south = square_y * kSquareSide;
     const int columns = std::min(kSquareSide, info_.columns - west);
     const int rows = std::min(kSquareSide, info_.rows - south);
     std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
     TERRANE_TRY(read_file(west, south, columns, rows, heights));
-    auto square = std::make_shared<Square>(heights.size());
+    auto square = std::make_shared<SquareCache::Square>(heights.size());
     std::size_t at = 0;
     for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < columns; ++column, ++at) {
@@ -296,83 +234,16 @@ Result<std::shared_ptr<const RasterStore::Square>> RasterStore::read_square(int 
     return square;
 }
 
-Result<std::shared_ptr<const RasterStore::Square>> RasterStore::square(int square_x,
-                                                                       int square_y) const {
-    const std::int64_t name = (static_cast<std::int64_t>(square_y) << 32) | square_x;
-    {
-        const std::lock_guard lock(mutex_);
-        if (const auto found = squares_.find(name); found != squares_.end()) {
-            recent_.splice(recent_.begin(), recent_, found->second.place);
-            return found->second.square;
-        }
-    }
-    TERRANE_TRY(auto loaded, read_square(square_x, square_y));
-    const std::lock_guard lock(mutex_);
-    // If another thread has read the square meanwhile, its result is kept.
-    if (const auto found = squares_.find(name); found != squares_.end()) {
-        return found->second.square;
-    }
-    recent_.push_front(name);
-    squares_.emplace(name, Cached{loaded, recent_.begin()});
-    constexpr std::size_t kSquareBytes = sizeof(std::uint32_t) * kSquareSide * kSquareSide;
-    while (squares_.size() > std::max<std::size_t>(settings_.cache_bytes / kSquareBytes, 4)) {
-        squares_.erase(recent_.back());
-        recent_.pop_back();
-    }
-    return loaded;
-}
-
 Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int columns, int rows,
                                std::span<double> heights_out) const {
-    const std::int64_t last_column = info_.columns - 1, last_row = info_.rows - 1;
-    const std::size_t width = static_cast<std::size_t>(columns);
-    // Columns of the window inside the raster; elsewhere the edge is repeated.
-    const int inside_begin = static_cast<int>(std::clamp<std::int64_t>(-column, 0, columns));
-    const int inside_end =
-        static_cast<int>(std::clamp<std::int64_t>(last_column + 1 - column, inside_begin, columns));
-    for (int r = 0; r < rows; ++r) {
-        const std::int64_t source_row = std::clamp<std::int64_t>(row + r, 0, last_row);
-        double* line = heights_out.data() + static_cast<std::size_t>(r) * width;
-        if (r > 0 && source_row == std::clamp<std::int64_t>(row + r - 1, 0, last_row)) {
-            std::copy_n(line - width, width, line);
-            continue;
-        }
-        const auto copy = [&](int begin, int end) -> Result<void> {
-            const std::int64_t from = std::clamp<std::int64_t>(column + begin, 0, last_column);
-            if (in_memory()) {
-                const std::uint32_t* source =
-                    samples_.data() + source_row * (last_column + 1) + from;
-                packing_.unpack({source, static_cast<std::size_t>(end - begin)}, line + begin);
-                return {};
-            }
-            for (int done = begin; done < end;) {
-                const int at = static_cast<int>(from) + done - begin;
-                const int square_x = at / kSquareSide;
-                const int square_y = static_cast<int>(source_row) / kSquareSide;
-                TERRANE_TRY(const auto samples_of_square, square(square_x, square_y));
-                const int square_columns =
-                    std::min(kSquareSide, info_.columns - square_x * kSquareSide);
-                const int in_square = at - square_x * kSquareSide;
-                const int count = std::min(end - done, square_columns - in_square);
-                const int square_row = static_cast<int>(source_row) - square_y * kSquareSide;
-                const std::uint32_t* source =
-                    samples_of_square->data() + square_row * square_columns + in_square;
-                packing_.unpack({source, static_cast<std::size_t>(count)}, line + done);
-                done += count;
-            }
-            return {};
-        };
-        if (inside_begin < inside_end) {
-            TERRANE_TRY(copy(inside_begin, inside_end));
-            std::fill(line, line + inside_begin, line[inside_begin]);
-            std::fill(line + inside_end, line + columns, line[inside_end - 1]);
-        } else {
-            // Entirely west or east of the raster.
-            TERRANE_TRY(copy(0, 1));
-            std::fill(line + 1, line + columns, line[0]);
-        }
-    }
-    return {};
+    const auto run = [this](std::int64_t from, std::int64_t of_row, int count,
+                            double* out) -> Result<void> {
+        if (!in_memory()) return squares_.read_run(packing_, from, of_row, count, out);
+        const std::uint32_t* source = samples_.data() + of_row * info_.columns + from;
+        packing_.unpack({source, static_cast<std::size_t>(count)}, out);
+        return {};
+    };
+    return read_window(info_.columns, info_.rows, column, row, columns, rows, heights_out, run);
 }
 
 }  // namespace terrane::internal

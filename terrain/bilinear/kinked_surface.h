@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bounds/bilinear_grid.h"
+#include "bilinear/bilinear_grid.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "bounds/bilinear_grid.h"
+#include "bounds/raster_lattice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <terrane/dem/dem_heights.h>
+#include <terrane/terrain/lattice.h>
 
 #include <cmath>
 #include <cstddef>
@@ -57,14 +57,6 @@ private:
         return {whole, rest / static_cast<double>(base_step())};
     }
 };
-
-/// Defines the lattice over a raster.
-///
-/// @param finest_spacing, spacing_tolerance as in DemSettings
-///
-/// Fails: invalid_argument if the finest spacing is out of range
-Result<BilinearGrid> make_grid(const DemInfo& info, double finest_spacing,
-                               double spacing_tolerance = 1.0);
 
 /// Bilinear height between four samples. Exact at the samples and over constant ground.
 inline double bilinear(double south_west, double south_east, double north_west, double north_east,

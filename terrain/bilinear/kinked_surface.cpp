@@ -7,7 +7,7 @@
 // extremes are therefore at a sample inside, at a crossing of a leg and a line, at a corner, or on the hypotenuse,
 // where it is a parabola from one crossing to the next. All of these are visited: apart from rounding, the bound is the
 // greatest deviation itself.
-#include "bounds/kinked_surface.h"
+#include "bilinear/kinked_surface.h"
 
 #include <bit>
 #include <cmath>

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "bounds/bilinear_grid.h"
-#include "bounds/kinked_surface.h"
-#include "raster/raster_store.h"
+#include "bilinear/bilinear_grid.h"
+#include "bilinear/kinked_surface.h"
+#include "bilinear/raster_samples.h"
 
 #include <terrane/terrain/height_source.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -84,14 +85,14 @@ void compute_bounds(DiamondWindow& window, int last_n);
 inline constexpr int kBoundsMargin = 4;
 
 /// The bilinear surface between samples, and its bounds up to the base spacing. Heights are metres relative to the
-/// store's base.
+/// base of the samples.
 class FineSurface {
 public:
-    FineSurface(const BilinearGrid& grid, std::shared_ptr<const RasterStore> store)
-        : grid_(grid), store_(std::move(store)) {}
+    FineSurface(const BilinearGrid& grid, std::shared_ptr<const RasterSamples> samples)
+        : grid_(grid), samples_(std::move(samples)) {}
 
     const BilinearGrid& grid() const { return grid_; }
-    const RasterStore& store() const { return *store_; }
+    const RasterSamples& samples() const { return *samples_; }
 
     /// One height; fails with io.
     Result<double> height(SamplePlace column, SamplePlace row) const;
@@ -135,7 +136,31 @@ private:
                        std::span<float> bounds_out) const;
 
     BilinearGrid grid_;
-    std::shared_ptr<const RasterStore> store_;
+    std::shared_ptr<const RasterSamples> samples_;
 };
+
+/// Upper bound of the distance between the surface of some samples and the true surface, over a closed rectangle of the
+/// lattice, metres.
+using SurfaceError = std::function<double(LatticePoint low, LatticePoint high)>;
+
+/// Adds the error to the bounds of a grid's vertices, over their diamonds and those of their descendants.
+void add_vertex_error(const SampleGrid& grid, const SurfaceError& error_over,
+                      std::span<float> bounds);
+/// Adds the error to the bounds of a grid's cells.
+void add_cell_error(const SampleGrid& grid, const SurfaceError& error_over,
+                    std::span<float> bounds);
+
+/// Implemented by height sources that may consist of a FineSurface, so that other components can keep its samples
+/// instead of heights and bounds.
+class BilinearSource {
+public:
+    virtual ~BilinearSource() = default;
+    /// The surface whose heights are the source's, and whose bounds, with the rounding of its samples, are the source's
+    /// for vertices and cells of up to kFineCells base spacings; null if there is none.
+    virtual const FineSurface* bilinear_surface() const = 0;
+};
+
+/// Greatest spacing, in base spacings, of the vertices and cells whose bounds a source takes from its FineSurface.
+inline constexpr std::int64_t kFineCells = 4;
 
 }  // namespace terrane::internal

@@ -5,7 +5,7 @@
 //          4-8 mesh.
 // Deviations: the bound of a vertex is the deviation of the surface itself from the vertex's two triangles, found over
 //          all lattice points in them, instead of the height differences of single splits.
-#include "bounds/fine_surface.h"
+#include "bilinear/fine_surface.h"
 
 #include <algorithm>
 #include <array>
@@ -326,7 +326,7 @@ Result<double> FineSurface::height(SamplePlace column, SamplePlace row) const {
     column.index = std::clamp<std::int64_t>(column.index, -kBeyond, grid_.columns + kBeyond);
     row.index = std::clamp<std::int64_t>(row.index, -kBeyond, grid_.rows + kBeyond);
     std::array<double, 4> z{};
-    TERRANE_TRY(store_->read(column.index, row.index, 2, 2, z));
+    TERRANE_TRY(samples_->read(column.index, row.index, 2, 2, z));
     return bilinear(z[0], z[1], z[2], z[3], column.fraction, row.fraction);
 }
 
@@ -342,7 +342,7 @@ Result<RasterPatch> FineSurface::patch(const SampleGrid& grid, int margin) const
     patch.rows = static_cast<int>(north.index + 2 + margin - patch.row);
     patch.samples.resize(static_cast<std::size_t>(patch.columns) *
                          static_cast<std::size_t>(patch.rows));
-    TERRANE_TRY(store_->read(patch.column, patch.row, patch.columns, patch.rows, patch.samples));
+    TERRANE_TRY(samples_->read(patch.column, patch.row, patch.columns, patch.rows, patch.samples));
     return patch;
 }
 
@@ -623,6 +623,40 @@ Result<DiamondWindow> FineSurface::bounds_window(const SampleGrid& grid) const {
         kinked_bounds(patch, middles, half, window.middle_bounds);
     }
     return window;
+}
+
+// Points of even column and row are not vertices: the corner is a multiple of twice the step. The diamonds of a centre
+// and of all its descendants lie within three steps of it; the diamonds of a midpoint, within two.
+void add_vertex_error(const SampleGrid& grid, const SurfaceError& error_over,
+                      std::span<float> bounds) {
+    std::size_t at = 0;
+    for (int row = 0; row < grid.rows; ++row) {
+        for (int column = 0; column < grid.columns; ++column, ++at) {
+            const int odd = (row & 1) + (column & 1);
+            if (odd == 0) {
+                bounds[at] = 0.0f;
+                continue;
+            }
+            const std::int64_t x = grid.corner.x + column * grid.step;
+            const std::int64_t y = grid.corner.y + row * grid.step;
+            const std::int64_t reach = (odd + 1) * grid.step;
+            bounds[at] = round_outward(static_cast<double>(bounds[at]) +
+                                       error_over({x - reach, y - reach}, {x + reach, y + reach}));
+        }
+    }
+}
+
+void add_cell_error(const SampleGrid& grid, const SurfaceError& error_over,
+                    std::span<float> bounds) {
+    std::size_t at = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column, ++at) {
+            const double error = error_over(
+                {grid.corner.x + column * grid.step, grid.corner.y + row * grid.step},
+                {grid.corner.x + (column + 1) * grid.step, grid.corner.y + (row + 1) * grid.step});
+            bounds[at] = round_outward(static_cast<double>(bounds[at]) + error);
+        }
+    }
 }
 
 }  // namespace terrane::internal
