@@ -23,6 +23,8 @@ def baked_file(program):
     directory = subprocess.run(["zstd", "-dc"], input=data[begin:begin + size], capture_output=True, check=True).stdout
     *lattice, finest, first_x, first_y, columns, rows, west, south, east, north, max_error = struct.unpack_from(LATTICE, directory)
     at = struct.calcsize(LATTICE) + 2 * (finest + 33) * 8
+    assert directory[at] == 0  # a terrain with detail has no raster
+    at += 1
     count = sum(columns * rows << 2 * level for level in range(finest + 1))
     heights = [struct.unpack_from(CHUNK, directory, at + i * struct.calcsize(CHUNK))[1:] for i in range(count)]
     at += count * struct.calcsize(CHUNK)

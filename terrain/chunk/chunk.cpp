@@ -535,31 +535,70 @@ void internal::complete_chunk(double quantum, std::shared_ptr<ChunkVertices> ver
     chunk.vertices = std::move(vertices);
 }
 
-Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
-                                                const std::stop_token& stop) {
+namespace {
+
+// A chunk without content, and the grid of its surroundings.
+std::shared_ptr<Chunk> begin_chunk(const HeightSource& source, const ChunkKey& key,
+                                   Surroundings& wide) {
     const Lattice& lattice = source.lattice();
-    TERRANE_ASSERT(lattice.contains(key), "the key must name a chunk of the source's world");
-    if (auto stored = chunks_of(source).stored_chunk(key, stop); !stored || *stored != nullptr)
-        return stored;
     auto chunk = std::make_shared<Chunk>();
-    auto vertices = std::make_shared<ChunkVertices>();
     chunk->key = key;
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
     chunk->is_certified = source.is_certified();
     const std::int64_t margin = internal::kReachCells * chunk->step;
-    Surroundings wide;
     wide.grid = {{chunk->corner.x - margin, chunk->corner.y - margin},
                  chunk->step,
                  kWideSamples,
                  kWideSamples};
-    TERRANE_TRY(fill_heights(source, stop, wide, *chunk));
-    TERRANE_TRY(fill_vertex_bounds(source, stop, wide, *vertices, *chunk));
+    return chunk;
+}
+
+// Finishes a chunk that has heights and the bounds of vertices, from the cells of its surroundings.
+Result<std::shared_ptr<const Chunk>> finish_chunk(const HeightSource& source,
+                                                  const std::stop_token& stop, Surroundings& wide,
+                                                  std::shared_ptr<ChunkVertices> vertices,
+                                                  std::shared_ptr<Chunk> chunk) {
     TERRANE_TRY(fill_cells(source, stop, wide, *chunk));
     TERRANE_TRY(check_not_cancelled(stop));
     internal::fill_reaches(wide.heights, wide.bounds, source, *chunk, *vertices);
-    internal::complete_chunk(lattice.quantum, std::move(vertices), *chunk);
+    internal::complete_chunk(source.lattice().quantum, std::move(vertices), *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const Chunk>> internal::make_bounded_chunk(
+    const HeightSource& source, const ChunkKey& key, std::shared_ptr<ChunkVertices> vertices,
+    const MostBounds& most, const std::stop_token& stop) {
+    TERRANE_ASSERT(
+        source.lattice().contains(key) && vertices->coarse_bounds.empty() == (key.level > 0),
+        "the key must name a chunk, and roots have bounds of coarser vertices");
+    Surroundings wide;
+    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, wide);
+    TERRANE_TRY(fill_heights(source, stop, wide, *chunk));
+    chunk->max_vertex_bound = most.of_chunk;
+    for (std::size_t i = 0; i < most.of_areas.size(); ++i) {
+        chunk->areas[i].max_vertex_bound = most.of_areas[i];
+    }
+    TERRANE_TRY(check_not_cancelled(stop));
+    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
+    TERRANE_TRY(source.cell_bounds(wide.grid, wide.bounds));
+    return finish_chunk(source, stop, wide, std::move(vertices), chunk);
+}
+
+Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
+                                                const std::stop_token& stop) {
+    TERRANE_ASSERT(source.lattice().contains(key),
+                   "the key must name a chunk of the source's world");
+    if (auto stored = chunks_of(source).stored_chunk(key, stop); !stored || *stored != nullptr)
+        return stored;
+    Surroundings wide;
+    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, wide);
+    auto vertices = std::make_shared<ChunkVertices>();
+    TERRANE_TRY(fill_heights(source, stop, wide, *chunk));
+    TERRANE_TRY(fill_vertex_bounds(source, stop, wide, *vertices, *chunk));
+    return finish_chunk(source, stop, wide, std::move(vertices), chunk);
 }
 
 }  // namespace terrane

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 // The private part of Chunk: the triangulator's data apart from the samples. Besides terrain itself, only
@@ -137,6 +138,23 @@ ReachHeights reach_heights(const HeightSource& source, double spacing);
 /// @param bounds  [kWideCells^2] certified bounds of the cells, metres
 void fill_reaches(std::span<const double> heights, std::span<const float> bounds,
                   const HeightSource& source, const Chunk& chunk, ChunkVertices& vertices_out);
+
+/// The largest bounds of a chunk's vertices, metres.
+struct MostBounds {
+    float of_chunk = 0.0f;
+    std::array<float, std::size_t{kChunkAreas} * kChunkAreas> of_areas{};
+};
+
+/// Makes a chunk of which the bounds of vertices are known; all else is computed as in make_chunk().
+///
+/// @param vertices with the bounds of all vertices and of both sides; for a root also the coarse bounds
+///
+/// Fails: as make_chunk()
+Result<std::shared_ptr<const Chunk>> make_bounded_chunk(const HeightSource& source,
+                                                        const ChunkKey& key,
+                                                        std::shared_ptr<ChunkVertices> vertices,
+                                                        const MostBounds& most,
+                                                        const std::stop_token& stop);
 
 /// Computes the reaches of the areas and the chunk from the reaches of the vertices, and the rises of the vertices.
 void derive_reaches(double quantum, ChunkVertices& vertices, Chunk& chunk);

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "bilinear/fine_surface.h"
+#include "bilinear/raster_samples.h"
 #include "store_format.h"
 
 #include <terrane/store/chunk_store.h>
@@ -49,6 +51,12 @@ public:
     }
     HeightInterval interval(const WorldRect& rect) const override { return base_.interval(rect); }
     double rise_bound(double distance) const override { return base_.rise_bound(distance); }
+
+    /// The surface of the base's raster, if lattice points of the part are those of the base; otherwise null.
+    const FineSurface* raster_surface() const {
+        const auto* bilinear = dynamic_cast<const BilinearSource*>(&base_);
+        return bilinear != nullptr && shift_ == 0 ? bilinear->bilinear_surface() : nullptr;
+    }
 
 private:
     PartHeights(const HeightSource& base, const Lattice& lattice, const WorldRect& extent,
@@ -184,7 +192,7 @@ double steepest_of(const Chunk& chunk, const Lattice& lattice) {
     return steepest * unit * unit;
 }
 
-Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
+Baked bake_chunk(const HeightSource& source, const ChunkKey& key, ChunkContent kept) {
     Baked baked;
     const Lattice& lattice = source.lattice();
     const auto chunk = make_chunk(source, key);
@@ -192,7 +200,7 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
         baked.error = chunk.error();
         return baked;
     }
-    const std::vector<std::uint8_t> content = encode_chunk(**chunk);
+    const std::vector<std::uint8_t> content = encode_chunk(**chunk, kept);
     baked.stored = compress(content);
     baked.record.bytes = static_cast<std::uint32_t>(baked.stored.size());
     baked.record.hash = hash_of(content);
@@ -217,19 +225,103 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key) {
     return baked;
 }
 
-/// Makes chunks `first` to `first + batch.size() - 1` on several threads.
-void bake_batch(const HeightSource& source, std::int64_t first, int worker_count,
-                std::vector<Baked>& batch) {
+/// Calls work(i) for i from 0 to count - 1 on several threads.
+template <typename Work>
+void on_threads(int worker_count, std::size_t count, Work&& work) {
     std::atomic<std::size_t> next{0};
-    const auto work = [&] {
-        for (std::size_t i = next++; i < batch.size(); i = next++) {
-            batch[i] =
-                bake_chunk(source, key_at(source.lattice(), first + static_cast<std::int64_t>(i)));
-        }
+    const auto run = [&] {
+        for (std::size_t i = next++; i < count; i = next++) work(i);
     };
     std::vector<std::jthread> helpers;
-    while (static_cast<int>(helpers.size()) + 1 < worker_count) helpers.emplace_back(work);
-    work();
+    while (static_cast<int>(helpers.size()) + 1 < worker_count) helpers.emplace_back(run);
+    run();
+}
+
+/// The raster of a source whose finest levels are computed from its samples, without the squares' records; absent if
+/// the source has none, or no level is computed.
+std::optional<StoredRaster> raster_of(const PartHeights& source) {
+    const FineSurface* const surface = source.raster_surface();
+    if (surface == nullptr) return std::nullopt;
+    const Lattice& lattice = source.lattice();
+    StoredRaster raster;
+    raster.grid = surface->grid();
+    raster.grid.lattice = lattice;
+    raster.packing = surface->samples().packing();
+    raster.rounding = surface->samples().rounding();
+    if (content_of(lattice, raster, lattice.finest_level) == ChunkContent::all) return std::nullopt;
+    for (const double distance : rise_distances(lattice)) {
+        raster.rises.push_back(source.rise_bound(distance));
+    }
+    // Bounds depend on points within five steps around a chunk and its margin, and on kBoundsMargin samples more.
+    const BilinearGrid& grid = raster.grid;
+    const std::int64_t margin = 2 * (5 + kReachCells) * grid.base_step();
+    const auto squares = [](SamplePlace first, SamplePlace last, int samples, int& first_out,
+                            int& count_out) {
+        const auto square_of = [samples](std::int64_t index) {
+            return static_cast<int>(std::clamp<std::int64_t>(index, 0, samples - 1) /
+                                    StoredRaster::kSquareSide);
+        };
+        first_out = square_of(first.index - kBoundsMargin);
+        count_out = square_of(last.index + 2 + kBoundsMargin) - first_out + 1;
+    };
+    squares(grid.column_at_index(lattice.west() - margin),
+            grid.column_at_index(lattice.east() + margin), grid.columns, raster.first_column,
+            raster.column_count);
+    squares(grid.row_at_index(lattice.south() - margin),
+            grid.row_at_index(lattice.north() + margin), grid.rows, raster.first_row,
+            raster.row_count);
+    return raster;
+}
+
+/// An encoded square of a raster.
+struct BakedSquare {
+    std::vector<std::uint8_t> stored;
+    ContentHash hash;
+    std::optional<Error> error;
+};
+
+BakedSquare bake_square(const RasterSamples& samples, const StoredRaster& raster, int x, int y) {
+    BakedSquare baked;
+    const int columns = raster.columns_of(x), rows = raster.rows_of(y);
+    std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    const auto read =
+        samples.read(std::int64_t{x} * StoredRaster::kSquareSide,
+                     std::int64_t{y} * StoredRaster::kSquareSide, columns, rows, heights);
+    if (!read) {
+        baked.error = read.error();
+        return baked;
+    }
+    std::vector<std::uint32_t> packed;
+    for (const double height : heights) packed.push_back(raster.packing.pack_relative(height));
+    const auto content = encode_square(packed, raster.packing.is_integer(), columns);
+    baked.stored = compress(content);
+    baked.hash = hash_of(content);
+    return baked;
+}
+
+/// Writes the squares of a raster in batches, and adds their records.
+Result<void> bake_squares(const RasterSamples& samples, int worker_count, SealedWriter& file,
+                          StoredRaster& raster) {
+    const std::size_t count =
+        static_cast<std::size_t>(raster.column_count) * static_cast<std::size_t>(raster.row_count);
+    std::vector<BakedSquare> batch;
+    while (raster.squares.size() < count) {
+        const std::size_t first = raster.squares.size();
+        batch.assign(
+            std::min<std::size_t>(8 * static_cast<std::size_t>(worker_count), count - first), {});
+        on_threads(worker_count, batch.size(), [&](std::size_t i) {
+            const auto at = static_cast<int>(first + i);
+            batch[i] = bake_square(samples, raster, raster.first_column + at % raster.column_count,
+                                   raster.first_row + at / raster.column_count);
+        });
+        for (const BakedSquare& square : batch) {
+            if (square.error) return tl::unexpected(*square.error);
+            TERRANE_TRY(const auto offset, file.append(square.stored));
+            raster.squares.push_back(
+                {offset, static_cast<std::uint32_t>(square.stored.size()), square.hash});
+        }
+    }
+    return {};
 }
 
 Result<void> check_settings(const BakeSettings& settings) {
@@ -268,7 +360,7 @@ Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string&
                         "\": a store holds certified bounds, and the source has estimates");
     }
     TERRANE_TRY(const auto part, PartHeights::create(whole, settings.level_count, settings.region));
-    const HeightSource& source = *part;
+    const PartHeights& source = *part;
     const std::int64_t count = count_chunks(source.lattice());
     if (count > kMostChunks) {
         return fail(ErrorCode::invalid_argument,
@@ -283,6 +375,7 @@ Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string&
     directory.lattice = source.lattice();
     directory.extent = source.extent();
     directory.note = settings.note;
+    directory.raster = raster_of(source);
     const int worker_count =
         settings.worker_count > 0
             ? settings.worker_count
@@ -296,7 +389,11 @@ Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string&
         }
         batch.assign(
             static_cast<std::size_t>(std::min<std::int64_t>(8 * worker_count, count - first)), {});
-        bake_batch(source, first, worker_count, batch);
+        on_threads(worker_count, batch.size(), [&](std::size_t i) {
+            const ChunkKey key = key_at(source.lattice(), first + static_cast<std::int64_t>(i));
+            batch[i] =
+                bake_chunk(source, key, content_of(source.lattice(), directory.raster, key.level));
+        });
         for (Baked& baked : batch) {
             if (baked.error) return tl::unexpected(*baked.error);
             TERRANE_TRY(const auto offset, file.append(baked.stored));
@@ -305,6 +402,10 @@ Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string&
             directory.max_error_m = std::max(directory.max_error_m, baked.max_error_m);
             steepest = std::max(steepest, baked.steepest);
         }
+    }
+    if (directory.raster) {
+        TERRANE_TRY(bake_squares(source.raster_surface()->samples(), worker_count, file,
+                                 *directory.raster));
     }
     directory.rises = find_rises(source, steepest);
     TERRANE_TRY(file.commit(encode(directory)));

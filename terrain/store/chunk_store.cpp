@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "bilinear/fine_surface.h"
+#include "bilinear/raster_samples.h"
 #include "chunk/chunk_vertices.h"
 #include "store_format.h"
 
@@ -16,24 +18,112 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 namespace terrane::internal {
+namespace {
+
+/// The range of heights of a store.
+HeightInterval range_of(const StoreDirectory& directory) {
+    HeightInterval range = directory.chunks.front().heights;
+    const std::size_t roots = static_cast<std::size_t>(directory.lattice.root_count_x) *
+                              static_cast<std::size_t>(directory.lattice.root_count_y);
+    for (std::size_t i = 0; i < roots; ++i) {
+        const HeightInterval& of_root = directory.chunks[i].heights;
+        range = {std::min(range.low, of_root.low), std::max(range.high, of_root.high)};
+    }
+    return range;
+}
+
+/// The stored rise bound of the shortest of rise_distances() that is not below a distance; absent if all are.
+std::optional<double> rise_at(const std::vector<double>& rises,
+                              const std::vector<double>& distances, double distance) {
+    const auto longer = std::ranges::lower_bound(distances, std::max(distance, 0.0));
+    if (longer == distances.end()) return std::nullopt;
+    return rises[static_cast<std::size_t>(longer - distances.begin())];
+}
+
+}  // namespace
+
+/// The samples of a store's raster. Threads: any number at once.
+class StoredSamples final : public RasterSamples {
+public:
+    /// @param file, raster must outlive the samples
+    StoredSamples(const SealedReader& file, const StoredRaster& raster)
+        : file_(file),
+          raster_(raster),
+          squares_(raster.grid.columns, StoredRaster::kSquareSide, kMostSquares,
+                   [this](int x, int y) { return read_square(x, y); }) {}
+
+    const SamplePacking& packing() const override { return raster_.packing; }
+    double rounding() const override { return raster_.rounding; }
+    Result<void> read(std::int64_t column, std::int64_t row, int columns, int rows,
+                      std::span<double> heights_out) const override;
+
+private:
+    static constexpr std::size_t kMostSquares = 128;  ///< 8 MiB
+    Result<std::shared_ptr<const SquareCache::Square>> read_square(int x, int y) const;
+
+    const SealedReader& file_;
+    const StoredRaster& raster_;
+    SquareCache squares_;
+};
+
+/// The source of a chunk that is computed from a store's raster. Only what make_chunk() asks for is that of the baked
+/// source.
+class RasterChunkSource final : public HeightSource {
+public:
+    /// @param flags [kChunkCells^2] of the chunk's cells; empty: all are ground
+    RasterChunkSource(const StoreDirectory& directory, const FineSurface& surface,
+                      std::span<const std::uint8_t> flags)
+        : HeightSource(directory.lattice, directory.extent),
+          raster_(*directory.raster),
+          distances_(rise_distances(directory.lattice)),
+          range_(range_of(directory)),
+          surface_(surface),
+          flags_(flags) {}
+
+    double height(double x, double y) const override;
+    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
+    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> cell_flags(const SampleGrid& grid,
+                            std::span<std::uint8_t> flags_out) const override;
+    HeightInterval interval(const WorldRect&) const override { return range_; }
+    double rise_bound(double distance) const override {
+        return rise_at(raster_.rises, distances_, distance).value_or(range_.high - range_.low);
+    }
+
+private:
+    const StoredRaster& raster_;
+    std::vector<double> distances_;
+    HeightInterval range_;
+    const FineSurface& surface_;
+    std::span<const std::uint8_t> flags_;
+};
 
 /// Reads chunks of a store. Threads: any number at once.
 class ChunkReader {
 public:
     ChunkReader(SealedReader file, StoreDirectory directory)
-        : file_(std::move(file)), directory_(std::move(directory)) {}
+        : file_(std::move(file)), directory_(std::move(directory)) {
+        if (!directory_.raster) return;
+        surface_.emplace(directory_.raster->grid,
+                         std::make_shared<const StoredSamples>(file_, *directory_.raster));
+    }
 
     const StoreDirectory& directory() const { return directory_; }
 
-    /// Reads, checks and decodes a chunk, without locks.
-    /// Fails: io; bad_data if it is damaged
-    Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key) const;
+    /// Reads, checks and decodes a chunk. Locks only the cache of the raster's samples, for moments.
+    /// Fails: io; bad_data if it is damaged; cancelled
+    Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key,
+                                              const std::stop_token& stop = {}) const;
     /// As read(), through a small cache, for queries of single points.
     Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
 
@@ -45,7 +135,8 @@ private:
 
     SealedReader file_;
     StoreDirectory directory_;
-    mutable std::mutex mutex_;  ///< guards the cache
+    std::optional<FineSurface> surface_;  ///< of the raster
+    mutable std::mutex mutex_;            ///< guards the cache
     mutable std::array<CachedChunk, 32> cache_;
     mutable std::uint64_t clock_ = 0;
 };
@@ -89,7 +180,104 @@ private:
     HeightInterval range_;
 };
 
-Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) const {
+namespace {
+
+/// Reads and decompresses a record; nullopt if it is damaged.
+///
+/// @param most_bytes of the content
+Result<std::optional<std::vector<std::uint8_t>>> read_record(const SealedReader& file,
+                                                             std::uint64_t offset,
+                                                             std::uint32_t bytes,
+                                                             const ContentHash& hash,
+                                                             std::size_t most_bytes) {
+    // The directory is not trusted, but no valid record is longer than this.
+    if (bytes > 2 * most_bytes) return std::nullopt;
+    std::vector<std::uint8_t> stored(bytes);
+    TERRANE_TRY(file.read(offset, stored));
+    std::vector<std::uint8_t> content(most_bytes);
+    const Result<std::size_t> size = decompress(stored, content);
+    if (!size) return std::nullopt;
+    content.resize(*size);
+    if (hash_of(content) != hash) return std::nullopt;
+    return content;
+}
+
+}  // namespace
+
+Result<void> StoredSamples::read(std::int64_t column, std::int64_t row, int columns, int rows,
+                                 std::span<double> heights_out) const {
+    const auto run = [this](std::int64_t from, std::int64_t of_row, int count, double* out) {
+        return squares_.read_run(raster_.packing, from, of_row, count, out);
+    };
+    return read_window(raster_.grid.columns, raster_.grid.rows, column, row, columns, rows,
+                       heights_out, run);
+}
+
+Result<std::shared_ptr<const SquareCache::Square>> StoredSamples::read_square(int x, int y) const {
+    // Whoever reads a chunk names the file.
+    const auto damaged = [&] {
+        return fail(ErrorCode::bad_data, "square " + std::to_string(x) + ", " + std::to_string(y) +
+                                             " of the raster is damaged");
+    };
+    const int column = x - raster_.first_column, row = y - raster_.first_row;
+    // Squares that no chunk of the store needs are not stored.
+    if (column < 0 || row < 0 || column >= raster_.column_count || row >= raster_.row_count) {
+        return damaged();
+    }
+    const StoredRaster::SquareRecord& record =
+        raster_.squares[static_cast<std::size_t>(row) *
+                            static_cast<std::size_t>(raster_.column_count) +
+                        static_cast<std::size_t>(column)];
+    TERRANE_TRY(const auto content,
+                read_record(file_, record.offset, record.bytes, record.hash, max_square_bytes()));
+    if (!content) return damaged();
+    auto samples = decode_square(*content, raster_.packing.is_integer(), raster_.columns_of(x),
+                                 raster_.rows_of(y));
+    if (!samples) return damaged();
+    return std::make_shared<const SquareCache::Square>(std::move(*samples));
+}
+
+double RasterChunkSource::height(double x, double y) const {
+    const BilinearGrid& grid = raster_.grid;
+    return raster_.packing.base() + surface_.height(grid.column_at(x), grid.row_at(y))
+                                        .value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+Result<void> RasterChunkSource::sample(const SampleGrid& grid,
+                                       std::span<double> heights_out) const {
+    TERRANE_TRY(const auto patch, surface_.patch(grid, 0));
+    surface_.sample(patch, grid, heights_out);
+    for (double& height : heights_out) height += raster_.packing.base();
+    return {};
+}
+
+Result<void> RasterChunkSource::vertex_bounds(const SampleGrid& grid,
+                                              std::span<float> bounds_out) const {
+    TERRANE_TRY(surface_.vertex_bounds(grid, bounds_out));
+    if (raster_.rounding == 0.0) return {};
+    const auto error = [this](LatticePoint, LatticePoint) { return raster_.rounding; };
+    add_vertex_error(grid, error, bounds_out);
+    return {};
+}
+
+Result<void> RasterChunkSource::cell_bounds(const SampleGrid& grid,
+                                            std::span<float> bounds_out) const {
+    TERRANE_TRY(surface_.cell_bounds(grid, bounds_out));
+    if (raster_.rounding == 0.0) return {};
+    const auto error = [this](LatticePoint, LatticePoint) { return raster_.rounding; };
+    add_cell_error(grid, error, bounds_out);
+    return {};
+}
+
+Result<void> RasterChunkSource::cell_flags(const SampleGrid& grid,
+                                           std::span<std::uint8_t> flags_out) const {
+    if (flags_.empty()) return HeightSource::cell_flags(grid, flags_out);
+    std::ranges::copy(flags_, flags_out.begin());
+    return {};
+}
+
+Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key,
+                                                       const std::stop_token& stop) const {
     const auto damaged = [&] {
         return fail(ErrorCode::bad_data, "\"" + file_.path() + "\": chunk " +
                                              std::to_string(key.x) + ", " + std::to_string(key.y) +
@@ -97,17 +285,23 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key) cons
                                              " is damaged");
     };
     const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
-    // The directory is not trusted, but no valid record is longer than this.
-    if (record.bytes > 2 * max_encoded_bytes()) return damaged();
-    std::vector<std::uint8_t> stored(record.bytes);
-    TERRANE_TRY(file_.read(record.offset, stored));
-    std::vector<std::uint8_t> content(max_encoded_bytes());
-    const Result<std::size_t> size = decompress(stored, content);
-    if (!size) return damaged();
-    content.resize(*size);
-    if (hash_of(content) != record.hash) return damaged();
-    auto chunk = decode_chunk(content, directory_.lattice, key);
-    if (!chunk) return damaged();
+    TERRANE_TRY(const auto content,
+                read_record(file_, record.offset, record.bytes, record.hash, max_encoded_bytes()));
+    if (!content) return damaged();
+    const ChunkContent kind = content_of(directory_.lattice, directory_.raster, key.level);
+    if (kind == ChunkContent::all) {
+        auto chunk = decode_chunk(*content, directory_.lattice, key);
+        if (!chunk) return damaged();
+        return chunk;
+    }
+    auto partial = decode_partial(*content, kind, key.level == 0);
+    if (!partial) return damaged();
+    const RasterChunkSource source(directory_, *surface_, partial->cell_flags);
+    auto chunk =
+        partial->vertices == nullptr
+            ? make_chunk(source, key, stop)
+            : make_bounded_chunk(source, key, std::move(partial->vertices), partial->most, stop);
+    if (!chunk && chunk.error().code == ErrorCode::bad_data) return damaged();
     return chunk;
 }
 
@@ -134,15 +328,8 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) cons
 StoredHeights::StoredHeights(std::unique_ptr<const ChunkReader> reader)
     : HeightSource(reader->directory().lattice, reader->directory().extent),
       reader_(std::move(reader)),
-      distances_(rise_distances(lattice())) {
-    range_ = reader_->directory().chunks.front().heights;
-    const std::size_t roots = static_cast<std::size_t>(lattice().root_count_x) *
-                              static_cast<std::size_t>(lattice().root_count_y);
-    for (std::size_t i = 0; i < roots; ++i) {
-        const HeightInterval& of_root = reader_->directory().chunks[i].heights;
-        range_ = {std::min(range_.low, of_root.low), std::max(range_.high, of_root.high)};
-    }
-}
+      distances_(rise_distances(lattice())),
+      range_(range_of(reader_->directory())) {}
 
 bool StoredHeights::contains(LatticePoint point) const { return nearest(point) == point; }
 
@@ -347,16 +534,14 @@ HeightInterval StoredHeights::interval(const WorldRect& rect) const {
 }
 
 double StoredHeights::rise_bound(double distance) const {
-    const auto longer = std::ranges::lower_bound(distances_, std::max(distance, 0.0));
-    return longer == distances_.end()
-               ? range_.high - range_.low
-               : reader_->directory().rises[static_cast<std::size_t>(longer - distances_.begin())];
+    return rise_at(reader_->directory().rises, distances_, distance)
+        .value_or(range_.high - range_.low);
 }
 
 Result<std::shared_ptr<const Chunk>> StoredHeights::stored_chunk(
     const ChunkKey& key, const std::stop_token& stop) const {
     if (stop.stop_requested()) return fail(ErrorCode::cancelled, "the chunk was given up");
-    return reader_->read(key);
+    return reader_->read(key, stop);
 }
 
 }  // namespace terrane::internal

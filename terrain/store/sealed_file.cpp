@@ -294,7 +294,8 @@ Result<void> SealedReader::read_directory(const SealedKind& kind) {
     if (encode(header) != bytes) return bad("has a damaged header");
     if (header.kind.version != kind.version) {
         return bad("is of version " + std::to_string(header.kind.version) +
-                   ", this program reads " + std::to_string(kind.version));
+                   ", this program reads " + std::to_string(kind.version) +
+                   "; it must be written again");
     }
     if (header.offset > bytes_ || header.stored_bytes > bytes_ - header.offset) {
         return bad("is cut off after " + std::to_string(bytes_) + " bytes");

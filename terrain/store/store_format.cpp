@@ -5,8 +5,6 @@
 //             parts of square and cube roots of primes.
 #include "store_format.h"
 
-#include "chunk/chunk_vertices.h"
-
 #include <terrane/store/bytes.h>
 
 #include <algorithm>
@@ -161,30 +159,31 @@ std::uint32_t predicted(int column, int row, At&& at) {
     return at(column - 1, row) + at(column, row - 1) - at(column - 1, row - 1);
 }
 
-void put_grid(ByteWriter& out, std::span<const std::uint32_t> bits, int side) {
+void put_grid(ByteWriter& out, std::span<const std::uint32_t> bits, int columns) {
     const auto at = [&](int column, int row) {
-        return bits[static_cast<std::size_t>(row * side + column)];
+        return bits[static_cast<std::size_t>(row * columns + column)];
     };
+    const int rows = static_cast<int>(bits.size()) / columns;
     std::vector<std::uint32_t> rest(bits.size());
-    for (int row = 0; row < side; ++row) {
-        for (int column = 0; column < side; ++column) {
-            rest[static_cast<std::size_t>(row * side + column)] =
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            rest[static_cast<std::size_t>(row * columns + column)] =
                 zigzag(at(column, row) - predicted(column, row, at));
         }
     }
     put_planes(out, std::span<const std::uint32_t>(rest));
 }
 
-std::vector<std::uint32_t> get_grid(ByteReader& in, int side) {
-    std::vector<std::uint32_t> bits(static_cast<std::size_t>(side) *
-                                    static_cast<std::size_t>(side));
+std::vector<std::uint32_t> get_grid(ByteReader& in, int columns, int rows) {
+    std::vector<std::uint32_t> bits(static_cast<std::size_t>(columns) *
+                                    static_cast<std::size_t>(rows));
     get_planes(in, std::span<std::uint32_t>(bits));
     const auto at = [&](int column, int row) {
-        return bits[static_cast<std::size_t>(row * side + column)];
+        return bits[static_cast<std::size_t>(row * columns + column)];
     };
-    for (int row = 0; row < side; ++row) {
-        for (int column = 0; column < side; ++column) {
-            std::uint32_t& value = bits[static_cast<std::size_t>(row * side + column)];
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            std::uint32_t& value = bits[static_cast<std::size_t>(row * columns + column)];
             value = unzigzag(value) + predicted(column, row, at);
         }
     }
@@ -220,29 +219,66 @@ std::vector<To> bits_of(std::span<const From> values) {
     return bits;
 }
 
-/// Visits every 16-bit number of a chunk's vertices in a fixed order, grouped by kind and meaning.
+/// Visits every 16-bit number of a chunk's vertices in a fixed order, grouped by kind and meaning; without reaches,
+/// only the bounds.
 template <class AnyVertices, class Visit>
-void for_each_vertex_number(AnyVertices& vertices, Visit&& visit) {
+void for_each_vertex_number(AnyVertices& vertices, bool with_reaches, Visit&& visit) {
+    const auto each = [&visit](auto& numbers) {
+        for (auto& number : numbers) visit(number);
+    };
     for (std::size_t kind = 0; kind < AreaVertices::kKinds; ++kind) {
-        for (auto& area : vertices.areas) {
-            for (auto& bound : area.inverse_square_bounds[kind]) visit(bound);
-        }
-        for (auto& area : vertices.areas) {
-            for (auto& low : area.low[kind]) visit(low);
-        }
-        for (auto& area : vertices.areas) {
-            for (auto& high : area.high[kind]) visit(high);
-        }
+        for (auto& area : vertices.areas) each(area.inverse_square_bounds[kind]);
+        if (!with_reaches) continue;
+        for (auto& area : vertices.areas) each(area.low[kind]);
+        for (auto& area : vertices.areas) each(area.high[kind]);
     }
     for (auto* side : {&vertices.east_side, &vertices.north_side}) {
-        for (auto& bound : side->inverse_square_bounds) visit(bound);
-        for (auto& low : side->low) visit(low);
-        for (auto& high : side->high) visit(high);
+        each(side->inverse_square_bounds);
+        if (!with_reaches) continue;
+        each(side->low);
+        each(side->high);
     }
 }
 
-constexpr std::size_t kVertexNumbers =
-    3 * (AreaVertices::kKinds * kVertices + 2 * std::size_t{kChunkSquares});
+constexpr std::size_t kVertexBounds = AreaVertices::kKinds * kVertices + 2 * kChunkSquares;
+constexpr std::size_t kVertexNumbers = 3 * kVertexBounds;
+
+void put_vertices(ByteWriter& out, const ChunkVertices& vertices, bool with_reaches) {
+    std::vector<std::uint16_t> numbers;
+    numbers.reserve(kVertexNumbers);
+    for_each_vertex_number(vertices, with_reaches, [&](const auto& number) {
+        numbers.push_back(std::bit_cast<std::uint16_t>(number));
+    });
+    put_row(out, numbers);
+}
+
+void get_vertices(ByteReader& in, bool with_reaches, ChunkVertices& vertices_out) {
+    std::vector<std::uint16_t> numbers(with_reaches ? kVertexNumbers : kVertexBounds);
+    get_row(in, numbers);
+    auto next = numbers.begin();
+    for_each_vertex_number(vertices_out, with_reaches, [&next](auto& number) {
+        number = std::bit_cast<std::remove_reference_t<decltype(number)>>(*next++);
+    });
+}
+
+void get_coarse_bounds(ByteReader& in, ChunkVertices& vertices_out) {
+    std::vector<std::uint32_t> coarse(kCoarse);
+    get_planes(in, std::span<std::uint32_t>(coarse));
+    vertices_out.coarse_bounds.reserve(kCoarse);
+    for (const std::uint32_t bits : coarse) {
+        vertices_out.coarse_bounds.push_back(std::bit_cast<float>(bits));
+    }
+}
+
+void put_most_bounds(ByteWriter& out, const Chunk& chunk) {
+    out.put(chunk.max_vertex_bound);
+    for (const Chunk::Area& area : chunk.areas) out.put(area.max_vertex_bound);
+}
+
+Error missing_parts(std::size_t bytes) {
+    return {ErrorCode::bad_data,
+            "a chunk of " + std::to_string(bytes) + " bytes has not all of its parts"};
+}
 
 }  // namespace
 
@@ -251,24 +287,22 @@ std::size_t max_encoded_bytes() {
            4 * kCoarse + kCells;
 }
 
-std::vector<std::uint8_t> encode_chunk(const Chunk& chunk) {
+std::vector<std::uint8_t> encode_chunk(const Chunk& chunk, ChunkContent content) {
     const ChunkVertices& vertices = *chunk.vertices;
+    const bool is_all = content == ChunkContent::all;
+    const bool has_coarse = content != ChunkContent::flags && !vertices.coarse_bounds.empty();
     ByteWriter out;
-    out.put(static_cast<std::uint8_t>((vertices.coarse_bounds.empty() ? 0 : has_coarse_bounds) |
+    out.put(static_cast<std::uint8_t>((has_coarse ? has_coarse_bounds : 0) |
                                       (chunk.cell_flags.empty() ? 0 : has_cell_flags)));
-    put_grid(out, bits_of<std::uint32_t, std::int32_t>(chunk.heights), kChunkSamples);
-    std::vector<std::uint16_t> numbers;
-    numbers.reserve(kVertexNumbers);
-    for_each_vertex_number(vertices, [&](const auto& number) {
-        numbers.push_back(std::bit_cast<std::uint16_t>(number));
-    });
-    put_row(out, numbers);
-    put_grid(out, bits_of<std::uint32_t, float>(chunk.cell_bounds), kChunkCells);
-    out.put(vertices.reach_base);
-    out.put(vertices.reach_unit);
-    out.put(chunk.max_vertex_bound);
-    for (const Chunk::Area& area : chunk.areas) out.put(area.max_vertex_bound);
-    if (!vertices.coarse_bounds.empty()) {
+    if (is_all) put_grid(out, bits_of<std::uint32_t, std::int32_t>(chunk.heights), kChunkSamples);
+    if (content != ChunkContent::flags) put_vertices(out, vertices, is_all);
+    if (is_all) {
+        put_grid(out, bits_of<std::uint32_t, float>(chunk.cell_bounds), kChunkCells);
+        out.put(vertices.reach_base);
+        out.put(vertices.reach_unit);
+    }
+    if (content != ChunkContent::flags) put_most_bounds(out, chunk);
+    if (has_coarse) {
         put_planes(out, std::span<const std::uint32_t>(
                             bits_of<std::uint32_t, float>(vertices.coarse_bounds)));
     }
@@ -287,41 +321,133 @@ Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> 
     const auto parts = in.get<std::uint8_t>();
     // Reserves the exact size, so that the chunk is no larger than its load's claim.
     chunk->heights.reserve(std::size_t{kChunkSamples} * kChunkSamples);
-    for (const std::uint32_t bits : get_grid(in, kChunkSamples)) {
+    for (const std::uint32_t bits : get_grid(in, kChunkSamples, kChunkSamples)) {
         chunk->heights.push_back(std::bit_cast<std::int32_t>(bits));
     }
-    std::vector<std::uint16_t> numbers(kVertexNumbers);
-    get_row(in, numbers);
-    auto next = numbers.begin();
-    for_each_vertex_number(*vertices, [&next](auto& number) {
-        number = std::bit_cast<std::remove_reference_t<decltype(number)>>(*next++);
-    });
+    get_vertices(in, true, *vertices);
     chunk->cell_bounds.reserve(kCells);
-    for (const std::uint32_t bits : get_grid(in, kChunkCells)) {
+    for (const std::uint32_t bits : get_grid(in, kChunkCells, kChunkCells)) {
         chunk->cell_bounds.push_back(std::bit_cast<float>(bits));
     }
     vertices->reach_base = in.get<double>();
     vertices->reach_unit = in.get<float>();
     chunk->max_vertex_bound = in.get<float>();
     for (Chunk::Area& area : chunk->areas) area.max_vertex_bound = in.get<float>();
-    if ((parts & has_coarse_bounds) != 0) {
-        std::vector<std::uint32_t> coarse(kCoarse);
-        get_planes(in, std::span<std::uint32_t>(coarse));
-        vertices->coarse_bounds.reserve(kCoarse);
-        for (const std::uint32_t bits : coarse) {
-            vertices->coarse_bounds.push_back(std::bit_cast<float>(bits));
-        }
-    }
+    if ((parts & has_coarse_bounds) != 0) get_coarse_bounds(in, *vertices);
     if ((parts & has_cell_flags) != 0) {
         chunk->cell_flags.resize(kCells);
         in.get_each(std::span<std::uint8_t>(chunk->cell_flags));
     }
     if (!in.is_done() || ((parts & has_coarse_bounds) != 0) != (key.level == 0)) {
-        return fail(ErrorCode::bad_data, "a chunk of " + std::to_string(bytes.size()) +
-                                             " bytes has not all of its parts");
+        return tl::unexpected(missing_parts(bytes.size()));
     }
     complete_chunk(lattice.quantum, std::move(vertices), *chunk);
     return std::shared_ptr<const Chunk>(std::move(chunk));
+}
+
+Result<PartialChunk> decode_partial(std::span<const std::uint8_t> bytes, ChunkContent content,
+                                    bool is_root) {
+    ByteReader in(bytes);
+    PartialChunk partial;
+    const auto parts = in.get<std::uint8_t>();
+    if (content == ChunkContent::vertex_bounds) {
+        partial.vertices = std::make_shared<ChunkVertices>();
+        get_vertices(in, false, *partial.vertices);
+        partial.most.of_chunk = in.get<float>();
+        in.get_each(std::span<float>(partial.most.of_areas));
+        if ((parts & has_coarse_bounds) != 0) get_coarse_bounds(in, *partial.vertices);
+    }
+    if ((parts & has_cell_flags) != 0) {
+        partial.cell_flags.resize(kCells);
+        in.get_each(std::span<std::uint8_t>(partial.cell_flags));
+    }
+    if (!in.is_done() || ((parts & has_coarse_bounds) != 0) != is_root) {
+        return tl::unexpected(missing_parts(bytes.size()));
+    }
+    return partial;
+}
+
+// Samples that are floats are often decimals, such as heights in centimetres, or multiples of a power of two. The
+// differences of the integers are then smaller than those of the floats' bits.
+
+namespace {
+
+/// Floats are stored as integers divided by one of these numbers; 0: as their bits.
+constexpr std::array<double, 8> kDivisors{0, 1, 10, 100, 1000, 16, 256, 4096};
+
+/// The nearest float to a quotient of doubles: the same on every machine.
+float divided(std::int32_t number, double divisor) {
+    return static_cast<float>(static_cast<double>(number) / divisor);
+}
+
+/// Maps the bits of floats to integers in the order of the floats, and back.
+std::uint32_t ordered(std::uint32_t bits) { return bits ^ ((0u - (bits >> 31)) >> 1); }
+
+/// The samples as integers divided by a number; false if some are not such quotients.
+bool multiply(std::span<const std::uint32_t> floats, double divisor,
+              std::vector<std::uint32_t>& numbers_out) {
+    constexpr double kMost = 0x1p30;
+    numbers_out.clear();
+    for (const std::uint32_t bits : floats) {
+        const double nearest =
+            std::floor(static_cast<double>(std::bit_cast<float>(bits)) * divisor + 0.5);
+        if (!(std::abs(nearest) <= kMost)) return false;
+        const auto number = static_cast<std::int32_t>(nearest);
+        if (std::bit_cast<std::uint32_t>(divided(number, divisor)) != bits) return false;
+        numbers_out.push_back(static_cast<std::uint32_t>(number));
+    }
+    return true;
+}
+
+}  // namespace
+
+std::size_t max_square_bytes() {
+    return 1 + sizeof(std::uint32_t) * StoredRaster::kSquareSide * StoredRaster::kSquareSide;
+}
+
+std::vector<std::uint8_t> encode_square(std::span<const std::uint32_t> packed, bool is_integer,
+                                        int columns) {
+    std::vector<std::uint32_t> numbers(packed.begin(), packed.end());
+    std::size_t coding = 0;
+    if (!is_integer) {
+        for (coding = 1; coding < kDivisors.size(); ++coding) {
+            if (multiply(packed, kDivisors[coding], numbers)) break;
+        }
+        if (coding == kDivisors.size()) {
+            coding = 0;
+            numbers.assign(packed.begin(), packed.end());
+            for (std::uint32_t& number : numbers) number = ordered(number);
+        }
+    }
+    ByteWriter out;
+    out.put(static_cast<std::uint8_t>(coding));
+    put_grid(out, numbers, columns);
+    return out.bytes();
+}
+
+Result<std::vector<std::uint32_t>> decode_square(std::span<const std::uint8_t> bytes,
+                                                 bool is_integer, int columns, int rows) {
+    ByteReader in(bytes);
+    const auto coding = in.get<std::uint8_t>();
+    std::vector<std::uint32_t> numbers = get_grid(in, columns, rows);
+    if (!in.is_done() || coding >= kDivisors.size() || (is_integer && coding != 0)) {
+        return fail(ErrorCode::bad_data, "a square of " + std::to_string(bytes.size()) +
+                                             " bytes has not all of its samples");
+    }
+    if (is_integer) return numbers;
+    for (std::uint32_t& number : numbers) {
+        number = coding == 0 ? ordered(number)
+                             : std::bit_cast<std::uint32_t>(
+                                   divided(static_cast<std::int32_t>(number), kDivisors[coding]));
+    }
+    return numbers;
+}
+
+ChunkContent content_of(const Lattice& lattice, const std::optional<StoredRaster>& raster,
+                        int level) {
+    const std::int64_t base = raster ? raster->grid.base_step() : 0, step = lattice.step(level);
+    if (step > 2 * base) return ChunkContent::all;
+    return step > base || level == 0 ? ChunkContent::vertex_bounds : ChunkContent::flags;
 }
 
 namespace {
@@ -330,6 +456,101 @@ namespace {
 std::int64_t chunks_before(const Lattice& lattice, int level) {
     const std::int64_t roots = std::int64_t{lattice.root_count_x} * lattice.root_count_y;
     return roots * (((std::int64_t{1} << (2 * level)) - 1) / 3);
+}
+
+void put_raster(ByteWriter& out, const StoredRaster& raster) {
+    const BilinearGrid& grid = raster.grid;
+    out.put(std::int32_t{grid.columns});
+    out.put(std::int32_t{grid.rows});
+    out.put(grid.cell_x);
+    out.put(grid.cell_y);
+    out.put(grid.west);
+    out.put(grid.south);
+    out.put(static_cast<std::uint8_t>(grid.aligned ? 1 : 0));
+    out.put(std::int32_t{grid.cell_log2});
+    out.put(grid.first.x);
+    out.put(grid.first.y);
+    out.put(raster.packing.base());
+    out.put(raster.packing.step());
+    out.put(static_cast<std::uint8_t>(raster.packing.is_integer() ? 1 : 0));
+    out.put(raster.rounding);
+    out.put_each(std::span<const double>(raster.rises));
+    out.put(std::int32_t{raster.first_column});
+    out.put(std::int32_t{raster.first_row});
+    out.put(std::int32_t{raster.column_count});
+    out.put(std::int32_t{raster.row_count});
+    for (const StoredRaster::SquareRecord& square : raster.squares) {
+        out.put(square.hash.low);
+        out.put(square.hash.high);
+    }
+}
+
+/// Whether a surface can be computed from the raster: numbers are in range, and agree with each other.
+bool is_valid(const StoredRaster& raster) {
+    constexpr double kMostCells = 0x1p31;
+    const BilinearGrid& grid = raster.grid;
+    const auto is_length = [](double metres) { return metres > 0.0 && std::isfinite(metres); };
+    const auto is_near = [](double metres, double cell) {
+        return std::abs(metres) <= kMostCells * cell;
+    };
+    const auto covers = [](int first, int count, int samples) {
+        const int squares = (samples - 1) / StoredRaster::kSquareSide + 1;
+        return first >= 0 && count > 0 && first < squares && count <= squares - first;
+    };
+    if (grid.columns < 2 || grid.rows < 2 || grid.cell_log2 < 0 || grid.cell_log2 > 32 ||
+        !is_length(grid.cell_x) || !is_length(grid.cell_y)) {
+        return false;
+    }
+    const double base = grid.base_spacing(), shorter = std::min(grid.cell_x, grid.cell_y);
+    const auto is_index = [&grid](std::int64_t index) {
+        constexpr std::int64_t kMost = std::int64_t{1} << 62;
+        return index > -kMost && index < kMost && index % grid.base_step() == 0;
+    };
+    const bool is_placed = grid.aligned ? grid.cell_x == base && grid.cell_y == base &&
+                                              is_index(grid.first.x) && is_index(grid.first.y)
+                                        : base <= shorter && shorter < 2.0 * base &&
+                                              is_near(grid.west, grid.cell_x) &&
+                                              is_near(grid.south, grid.cell_y);
+    const SamplePacking& packing = raster.packing;
+    return is_placed && std::isfinite(packing.base()) && std::isfinite(packing.step()) &&
+           packing.step() != 0.0 && raster.rounding >= 0.0 && std::isfinite(raster.rounding) &&
+           covers(raster.first_column, raster.column_count, grid.columns) &&
+           covers(raster.first_row, raster.row_count, grid.rows);
+}
+
+/// Reads the output of put_raster(), without the hashes of more squares than `most_squares`.
+StoredRaster get_raster(ByteReader& in, const Lattice& lattice, std::size_t most_squares) {
+    StoredRaster raster;
+    BilinearGrid& grid = raster.grid;
+    grid.lattice = lattice;
+    grid.columns = in.get<std::int32_t>();
+    grid.rows = in.get<std::int32_t>();
+    grid.cell_x = in.get<double>();
+    grid.cell_y = in.get<double>();
+    grid.west = in.get<double>();
+    grid.south = in.get<double>();
+    grid.aligned = in.get<std::uint8_t>() != 0;
+    grid.cell_log2 = in.get<std::int32_t>();
+    grid.first.x = in.get<std::int64_t>();
+    grid.first.y = in.get<std::int64_t>();
+    const auto base = in.get<double>(), step = in.get<double>();
+    raster.packing = SamplePacking::of_parts(base, step, in.get<std::uint8_t>() != 0);
+    raster.rounding = in.get<double>();
+    raster.rises.resize(rise_distances(lattice).size());
+    in.get_each(std::span<double>(raster.rises));
+    raster.first_column = in.get<std::int32_t>();
+    raster.first_row = in.get<std::int32_t>();
+    raster.column_count = in.get<std::int32_t>();
+    raster.row_count = in.get<std::int32_t>();
+    if (in.has_failed() || !is_valid(raster)) return raster;
+    const std::size_t count =
+        static_cast<std::size_t>(raster.column_count) * static_cast<std::size_t>(raster.row_count);
+    raster.squares.resize(std::min(count, most_squares));
+    for (StoredRaster::SquareRecord& square : raster.squares) {
+        square.hash.low = in.get<std::uint64_t>();
+        square.hash.high = in.get<std::uint64_t>();
+    }
+    return raster;
 }
 
 void put_world(ByteWriter& out, const StoreDirectory& directory) {
@@ -349,6 +570,8 @@ void put_world(ByteWriter& out, const StoreDirectory& directory) {
     out.put(directory.extent.north);
     out.put(directory.max_error_m);
     out.put_each(std::span<const double>(directory.rises));
+    out.put(static_cast<std::uint8_t>(directory.raster ? 1 : 0));
+    if (directory.raster) put_raster(out, *directory.raster);
     for (const ChunkRecord& chunk : directory.chunks) {
         out.put(chunk.hash.low);
         out.put(chunk.hash.high);
@@ -406,6 +629,12 @@ std::vector<std::uint8_t> encode(const StoreDirectory& directory) {
         out.put(chunk.offset);
         out.put(chunk.bytes);
     }
+    if (directory.raster) {
+        for (const StoredRaster::SquareRecord& square : directory.raster->squares) {
+            out.put(square.offset);
+            out.put(square.bytes);
+        }
+    }
     return out.bytes();
 }
 
@@ -430,12 +659,23 @@ Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
     const auto senseless = [] { return fail(ErrorCode::bad_data, "the directory makes no sense"); };
     if (in.has_failed() || !lattice.validate()) return senseless();
     const std::int64_t count = count_chunks(lattice);
-    constexpr std::size_t kRecordBytes = 44;
+    constexpr std::size_t kRecordBytes = 44, kSquareBytes = 28;
     if (count > kMostChunks || static_cast<std::size_t>(count) > bytes.size() / kRecordBytes) {
         return senseless();
     }
     directory.rises.resize(rise_distances(lattice).size());
     in.get_each(std::span<double>(directory.rises));
+    if (const auto has_raster = in.get<std::uint8_t>(); has_raster == 1) {
+        directory.raster = get_raster(in, lattice, bytes.size() / kSquareBytes + 1);
+        const StoredRaster& raster = *directory.raster;
+        if (!is_valid(raster) ||
+            raster.squares.size() != static_cast<std::size_t>(raster.column_count) *
+                                         static_cast<std::size_t>(raster.row_count)) {
+            return senseless();
+        }
+    } else if (has_raster != 0) {
+        return senseless();
+    }
     directory.chunks.resize(static_cast<std::size_t>(count));
     for (ChunkRecord& chunk : directory.chunks) {
         chunk.hash.low = in.get<std::uint64_t>();
@@ -447,6 +687,12 @@ Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
     for (ChunkRecord& chunk : directory.chunks) {
         chunk.offset = in.get<std::uint64_t>();
         chunk.bytes = in.get<std::uint32_t>();
+    }
+    if (directory.raster) {
+        for (StoredRaster::SquareRecord& square : directory.raster->squares) {
+            square.offset = in.get<std::uint64_t>();
+            square.bytes = in.get<std::uint32_t>();
+        }
     }
     if (!in.is_done()) return senseless();
     return directory;

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "bilinear/bilinear_grid.h"
+#include "bilinear/raster_samples.h"
+#include "chunk/chunk_vertices.h"
+
 #include <terrane/store/sealed_file.h>
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/height_source.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,21 +22,83 @@ namespace terrane::internal {
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 std::string sha256(std::span<const std::uint8_t> bytes);
 
-/// Encodes the fields of a chunk that complete_chunk() does not compute, as bytes that compress well: heights and cell
-/// bounds become differences from a prediction by their neighbours, and numbers are split into planes of their first,
-/// second ... bytes. Gives the same bytes on every machine.
-std::vector<std::uint8_t> encode_chunk(const Chunk& chunk);
+/// The raster whose samples a store holds instead of the heights of its finest levels.
+struct StoredRaster {
+    /// Samples along the side of a square; the last squares of rows and columns may be smaller.
+    static constexpr int kSquareSide = 128;
+    struct SquareRecord {
+        std::uint64_t offset = 0;
+        std::uint32_t bytes = 0;
+        ContentHash hash;  ///< of the encoded square
+    };
+
+    BilinearGrid grid;  ///< its lattice is the store's
+    SamplePacking packing = SamplePacking::of_parts(0.0, 1.0, false);
+    double rounding = 0.0;      ///< RasterSamples::rounding()
+    std::vector<double> rises;  ///< HeightSource::rise_bound() of the source, at rise_distances()
+    int first_column = 0, first_row = 0;  ///< of the squares that the store holds, in squares
+    int column_count = 0, row_count = 0;  ///< squares
+    std::vector<SquareRecord> squares;    ///< row by row from the south-west
+
+    /// Number of samples along the sides of a square.
+    int columns_of(int column) const {
+        return std::min(kSquareSide, grid.columns - column * kSquareSide);
+    }
+    int rows_of(int row) const { return std::min(kSquareSide, grid.rows - row * kSquareSide); }
+};
+
+/// What the record of a chunk holds, besides flags of cells. The rest is computed from the raster of the store.
+enum class ChunkContent {
+    all,            ///< heights, bounds and reaches
+    vertex_bounds,  ///< bounds of vertices, also of coarser ones, which take longest to compute
+    flags,          ///< nothing else
+};
+
+/// What the records of a level hold: at the spacing of the raster's cells and below, flags; at twice this spacing, and
+/// for root squares, bounds of vertices; at greater spacings and without a raster, all.
+ChunkContent content_of(const Lattice& lattice, const std::optional<StoredRaster>& raster,
+                        int level);
+
+/// Encodes fields of a chunk as bytes that compress well: heights and cell bounds become differences from a prediction
+/// by their neighbours, and numbers are split into planes of their first, second ... bytes. Gives the same bytes on
+/// every machine. With ChunkContent::all it encodes the fields that complete_chunk() does not compute.
+std::vector<std::uint8_t> encode_chunk(const Chunk& chunk,
+                                       ChunkContent content = ChunkContent::all);
 
 /// Upper limit of the size of an encoded chunk.
 std::size_t max_encoded_bytes();
 
-/// Decodes a chunk.
+/// Decodes a chunk that was encoded with ChunkContent::all.
 ///
 /// Fails: bad_data if the bytes are not an encoded chunk
 Result<std::shared_ptr<const Chunk>> decode_chunk(std::span<const std::uint8_t> bytes,
                                                   const Lattice& lattice, const ChunkKey& key);
 
-inline constexpr SealedKind kStoreKind{{'C', 'H', 'N', 'K'}, 1};
+/// What was encoded with another ChunkContent.
+struct PartialChunk {
+    std::shared_ptr<ChunkVertices> vertices;  ///< with bounds alone; null if there are none
+    MostBounds most;
+    std::vector<std::uint8_t> cell_flags;  ///< as Chunk::cell_flags
+};
+
+/// @param is_root whether the chunk has bounds of coarser vertices
+///
+/// Fails: bad_data if the bytes are not an encoded chunk with this content
+Result<PartialChunk> decode_partial(std::span<const std::uint8_t> bytes, ChunkContent content,
+                                    bool is_root);
+
+/// Encodes the samples of a square of a stored raster, packed as in StoredRaster::packing.
+///
+/// @param packed [rows * columns]
+std::vector<std::uint8_t> encode_square(std::span<const std::uint32_t> packed, bool is_integer,
+                                        int columns);
+/// Fails: bad_data if the bytes are not an encoded square of this size
+Result<std::vector<std::uint32_t>> decode_square(std::span<const std::uint8_t> bytes,
+                                                 bool is_integer, int columns, int rows);
+/// Upper limit of the size of an encoded square.
+std::size_t max_square_bytes();
+
+inline constexpr SealedKind kStoreKind{{'C', 'H', 'N', 'K'}, 2};
 inline constexpr std::int64_t kMostChunks = std::int64_t{1} << 26;
 inline constexpr std::size_t kLongestNote = std::size_t{1} << 20;
 
@@ -50,6 +118,7 @@ struct StoreDirectory {
     std::vector<double> rises;        ///< HeightSource::rise_bound() at rise_distances()
     std::vector<ChunkRecord> chunks;  ///< level by level; row by row from the south-west
     std::string note;
+    std::optional<StoredRaster> raster;
 
     std::size_t index_of(const ChunkKey& key) const;
 };

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include "raster_ground.h"
 #include "store_files.h"
+#include "store_format.h"
 #include "support/grounds.h"
 #include "terrain/source/bound_checks.h"
 
@@ -70,7 +72,12 @@ TEST(Bake, TheShaIsThatOfTheseHeights) {
     const TemporaryFolder folder;
     const WaveHeights waves(small_world(0, 2.0), 30.0, 100.0);
     EXPECT_EQ(bake(waves, folder.file("a")).sha,
-              "cf57fe8f607cfc7c416511b45a182469010a1c2147a40f754e7dd1f79129250e");
+              "6c72fb94de2f15652dd1b43d8fdd8f7c01dfce4646495a513c4afc44e65e071d");
+    const auto raster = RasterGround::create(200, 150, 1.25, [](int column, int row) {
+        return 0.25f * static_cast<float>((column * 7919 + row * 104729) % 101);
+    });
+    EXPECT_EQ(bake(*raster, folder.file("a")).sha,
+              "b26e0e670ec572a82abfb62ca016aadfb8f4864e1255a8144aef85813ec668bf");
 }
 
 TEST(Bake, CoarserLevelsHaveTheHeightsAndBoundsOfTheSource) {
@@ -92,6 +99,48 @@ TEST(Bake, CoarserLevelsHaveTheHeightsAndBoundsOfTheSource) {
         EXPECT_EQ(store->lattice().x(stored.corner.x), source->lattice().x(live.corner.x));
         EXPECT_EQ(store->lattice().y(stored.corner.y), source->lattice().y(live.corner.y));
     }
+}
+
+/// Every chunk of a store has the bits of that of the source.
+void expect_same_chunks(const HeightSource& source, const HeightSource& store) {
+    for (const ChunkKey& key : all_keys(store.lattice())) {
+        const auto live = make_chunk(source, key), stored = make_chunk(store, key);
+        ASSERT_TRUE(stored.has_value()) << stored.error().message;
+        EXPECT_TRUE(same_chunk(**live, **stored)) << int{key.level};
+        EXPECT_LE((*stored)->bytes(), Chunk::max_bytes());
+    }
+}
+
+TEST(Bake, ARasterIsStoredAsSamplesAndGivesTheSameChunks) {
+    const TemporaryFolder folder;
+    for (const double cell_y : {1.0, 1.25}) {
+        const auto source = small_raster(cell_y);
+        const std::string path = folder.file("a");
+        bake(*source, path);
+        const auto directory =
+            internal::decode_directory(
+                SealedReader::open(path, internal::kStoreKind).value().directory())
+                .value();
+        ASSERT_TRUE(directory.raster.has_value());
+        EXPECT_EQ(directory.raster->squares.size(), 6u) << "3 x 2 squares of 128";
+        std::size_t of_finest = 0;
+        for (const ChunkKey& key : all_keys(source->lattice())) {
+            if (key.level == 1) of_finest += directory.chunks[directory.index_of(key)].bytes;
+        }
+        EXPECT_LT(of_finest, 500u) << "records of flags alone";
+        expect_same_chunks(*source, *open_store(path));
+    }
+}
+
+TEST(Bake, ARegionOfARasterHoldsTheSamplesThatItNeeds) {
+    const TemporaryFolder folder;
+    const auto source = small_raster(1.0);
+    const std::string path = folder.file("a");
+    // One root square; the raster extends 44 samples beyond its east.
+    bake(*source, path, {.region = WorldRect{100.0, 50.0, 250.0, 150.0}});
+    const auto store = open_store(path);
+    EXPECT_EQ(store->lattice().root_count_x, 1);
+    expect_same_chunks(*source, *store);
 }
 
 TEST(Bake, ARegionIsAWorldOfItsOwn) {

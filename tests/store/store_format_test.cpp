@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "store_format.h"
 
+#include "raster_ground.h"
 #include "store_files.h"
 #include "support/grounds.h"
 #include "support/random.h"
@@ -12,9 +13,13 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace terrane::internal::sha256_test {
@@ -81,7 +86,9 @@ TEST(SealedFile, RefusesOtherKindsAndVersions) {
     const auto newer = SealedReader::open(path, {kKind.name, 4});
     ASSERT_FALSE(newer.has_value());
     EXPECT_EQ(newer.error().code, ErrorCode::bad_data);
-    EXPECT_NE(newer.error().message.find("version 3"), std::string::npos) << newer.error().message;
+    for (const char* part : {"version 3", "reads 4", "written again"}) {
+        EXPECT_NE(newer.error().message.find(part), std::string::npos) << newer.error().message;
+    }
 }
 
 TEST(SealedFile, WhatWasNotCommittedIsGone) {
@@ -179,19 +186,139 @@ TEST(ChunkCodec, RefusesBytesThatAreNoChunk) {
 
 }  // namespace terrane::internal::chunk_codec_test
 
+namespace terrane::internal::square_codec_test {
+
+using namespace test;
+
+/// Samples of a square as packed floats.
+std::vector<std::uint32_t> pack(const std::function<float(int)>& sample_at, int count) {
+    std::vector<std::uint32_t> packed;
+    for (int i = 0; i < count; ++i) packed.push_back(std::bit_cast<std::uint32_t>(sample_at(i)));
+    return packed;
+}
+
+TEST(SquareCodec, GivesBackEveryBitOfASample) {
+    constexpr int kColumns = 40, kRows = 25, kCount = kColumns * kRows;
+    Random random(9);
+    const std::vector<std::pair<bool, std::vector<std::uint32_t>>> squares{
+        {false, pack([](int i) { return static_cast<float>(i * i % 997 - 400); }, kCount)},
+        {false, pack([](int i) { return static_cast<float>(0.01 * (i * 31 % 777)); }, kCount)},
+        {false, pack([](int i) { return static_cast<float>(i) / 256.0f - 1.0f; }, kCount)},
+        {false, pack([](int i) { return i % 2 == 0 ? 0.0f : -0.0f; }, kCount)},
+        {false, pack([](int i) { return static_cast<float>(std::sin(i) * 1e-40); }, kCount)},
+        {false, pack([](int i) { return static_cast<float>(std::sin(i) * 1e30); }, kCount)},
+        {false,
+         pack([&](int) { return std::bit_cast<float>(std::uint32_t(random.bits())); }, kCount)},
+        {true,
+         pack([&](int) { return std::bit_cast<float>(std::uint32_t(random.bits())); }, kCount)},
+    };
+    for (const auto& [is_integer, packed] : squares) {
+        const auto bytes = encode_square(packed, is_integer, kColumns);
+        EXPECT_LE(bytes.size(), max_square_bytes());
+        const auto decoded = decode_square(bytes, is_integer, kColumns, kRows);
+        ASSERT_TRUE(decoded.has_value());
+        EXPECT_EQ(*decoded, packed);
+    }
+}
+
+TEST(SquareCodec, DecimalsTakeHalfTheBytesOfOtherFloats) {
+    constexpr int kSide = StoredRaster::kSquareSide;
+    const auto stored_bytes = [](double step) {
+        Random random(4);
+        const auto packed = pack(
+            [&](int i) {
+                const double height =
+                    200.0 + 3.0 * std::sin(0.07 * (i % kSide)) + random.between(0.0, 0.05);
+                return static_cast<float>(std::floor(height / step) * step);
+            },
+            kSide * kSide);
+        return compress(encode_square(packed, false, kSide)).size();
+    };
+    EXPECT_LT(2 * stored_bytes(0.01), stored_bytes(0.0100001));
+}
+
+TEST(SquareCodec, RefusesBytesThatAreNoSquare) {
+    const auto packed = pack([](int i) { return static_cast<float>(i); }, 12);
+    std::vector<std::uint8_t> bytes = encode_square(packed, false, 4);
+    EXPECT_TRUE(decode_square(bytes, false, 4, 3).has_value());
+    EXPECT_FALSE(decode_square(bytes, false, 4, 4).has_value());
+    EXPECT_FALSE(decode_square(bytes, true, 4, 3).has_value()) << "integers are not divided";
+    bytes[0] = 200;
+    EXPECT_FALSE(decode_square(bytes, false, 4, 3).has_value());
+    bytes.pop_back();
+    EXPECT_FALSE(decode_square(bytes, false, 4, 3).has_value());
+    EXPECT_FALSE(decode_square({}, false, 4, 3).has_value());
+}
+
+}  // namespace terrane::internal::square_codec_test
+
+namespace terrane::internal::directory_test {
+
+using namespace test;
+
+StoreDirectory directory_of(const TemporaryFolder& folder, double cell_y) {
+    const std::string path = folder.file("a.terrane");
+    EXPECT_TRUE(ChunkStore::bake(*small_raster(cell_y), path, {}).has_value());
+    return decode_directory(SealedReader::open(path, kStoreKind).value().directory()).value();
+}
+
+TEST(Directory, RefusesARasterThatMakesNoSense) {
+    const TemporaryFolder folder;
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<std::function<void(StoredRaster&)>> changes{
+        [](StoredRaster& raster) { raster.grid.columns = 1; },
+        [](StoredRaster& raster) { raster.grid.rows = -5; },
+        [](StoredRaster& raster) { raster.grid.cell_x = 0.5; },
+        [](StoredRaster& raster) { raster.grid.cell_y = -1.0; },
+        [&](StoredRaster& raster) { raster.grid.cell_y = nan; },
+        [](StoredRaster& raster) { raster.grid.cell_log2 = 60; },
+        [](StoredRaster& raster) { raster.grid.cell_log2 = 1; },
+        [&](StoredRaster& raster) {
+            raster.grid.west = nan;
+            raster.grid.first.x = std::numeric_limits<std::int64_t>::min();
+        },
+        [](StoredRaster& raster) { raster.packing = SamplePacking::of_parts(0.0, 0.0, false); },
+        [&](StoredRaster& raster) { raster.packing = SamplePacking::of_parts(nan, 1.0, false); },
+        [](StoredRaster& raster) { raster.rounding = -1.0; },
+        [](StoredRaster& raster) { raster.first_column = -1; },
+        [](StoredRaster& raster) { raster.column_count += 1; },
+        [](StoredRaster& raster) { raster.row_count = 0; },
+        [](StoredRaster& raster) { raster.squares.pop_back(); },
+    };
+    for (const double cell_y : {1.0, 1.25}) {
+        const StoreDirectory whole = directory_of(folder, cell_y);
+        ASSERT_TRUE(whole.raster.has_value());
+        const auto read = decode_directory(encode(whole));
+        ASSERT_TRUE(read.has_value());
+        EXPECT_EQ(encode(*read), encode(whole));
+        for (std::size_t i = 0; i < changes.size(); ++i) {
+            StoreDirectory changed = whole;
+            changes[i](*changed.raster);
+            const auto refused = decode_directory(encode(changed));
+            ASSERT_FALSE(refused.has_value()) << i;
+            EXPECT_EQ(refused.error().code, ErrorCode::bad_data);
+        }
+    }
+}
+
+}  // namespace terrane::internal::directory_test
+
 namespace terrane::damage_test {
 
 using namespace test;
 
 class DamagedStore : public testing::Test {
 protected:
-    DamagedStore() {
-        WaveHeights waves(lattice(), 30.0, 100.0);
-        EXPECT_TRUE(ChunkStore::bake(waves, whole_, {.note = "a note"}).has_value());
+    DamagedStore() { hold(WaveHeights(lattice(), 30.0, 100.0)); }
+
+    /// Bakes the whole store from a source.
+    void hold(const HeightSource& source) {
+        EXPECT_TRUE(ChunkStore::bake(source, whole_, {.note = "a note"}).has_value());
         bytes_ = read_file(whole_);
-        for (const ChunkKey& key : all_keys(lattice())) {
-            chunks_.push_back(*make_chunk(*open_store(whole_), key));
-        }
+        const auto store = open_store(whole_);
+        lattice_ = store->lattice();
+        chunks_.clear();
+        for (const ChunkKey& key : all_keys(lattice_)) chunks_.push_back(*make_chunk(*store, key));
     }
 
     static Lattice lattice() {
@@ -206,7 +333,7 @@ protected:
         const auto store = ChunkStore::open(damaged_);
         if (!store) return store.error().code == ErrorCode::bad_data && one_line(store.error());
         ++opened_;
-        if ((*store)->lattice() != lattice()) return false;
+        if ((*store)->lattice() != lattice_) return false;
         for (const auto& chunk : chunks_) {
             const auto read = make_chunk(**store, chunk->key);
             if (read && !same_chunk(**read, *chunk)) return false;
@@ -224,6 +351,7 @@ protected:
     TemporaryFolder folder_;
     std::string whole_ = folder_.file("whole.terrane"), damaged_ = folder_.file("damaged.terrane");
     std::vector<char> bytes_;
+    Lattice lattice_;
     std::vector<std::shared_ptr<const Chunk>> chunks_;
     int opened_ = 0;
 };
@@ -260,6 +388,16 @@ TEST_F(DamagedStore, OverwrittenRangesAreFound) {
                   '\xff');
         ASSERT_TRUE(is_refused_or_right(damaged)) << at;
     }
+}
+
+TEST_F(DamagedStore, DamageToTheSamplesOfARasterIsFound) {
+    hold(*small_raster(1.25));
+    for (std::size_t at = 72; at < bytes_.size(); at += 4999) {
+        std::vector<char> damaged = bytes_;
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+        ASSERT_TRUE(is_refused_or_right(damaged)) << at;
+    }
+    EXPECT_GT(opened_, 0);
 }
 
 TEST_F(DamagedStore, OtherFilesAreNoStores) {

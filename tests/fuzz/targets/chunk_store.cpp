@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: MIT
-// Baked terrains. The first byte chooses: changes to the content of a chunk, to the directory of a store (with hashes
-// that are right), or to the whole file (support/input.h).
+// Baked terrains. The first byte chooses: changes to the content of a chunk or of a square of samples, to the directory
+// of a store (with hashes that are right), or to the whole file (support/input.h), of a function or of a raster.
+#include "store/raster_ground.h"
 #include "store_format.h"
 #include "support/input.h"
 
 #include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>
 
+#include <cstdint>
 #include <fstream>
 #include <iterator>
+#include <memory>
+#include <utility>
 #include <vector>
 
 using namespace terrane;
@@ -18,14 +22,14 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// A baked store, its directory and the content of its chunk.
+/// A baked store, its directory, its records, and the content of its first chunk.
 struct Store {
-    std::shared_ptr<const HeightSource> source = fuzz::make_square(20.0, 0);
+    std::shared_ptr<const HeightSource> source;
     fuzz::ScratchFolder folder;
     std::string path = folder.path() + "/baked.terrane";
-    Bytes file, directory, record, chunk;
+    Bytes file, directory, records, chunk, square;
 
-    Store() {
+    explicit Store(std::shared_ptr<const HeightSource> baked) : source(std::move(baked)) {
         require(ChunkStore::bake(*source, path, {.worker_count = 1}).has_value(),
                 "a store is baked");
         std::ifstream in(path, std::ios::binary);
@@ -33,10 +37,17 @@ struct Store {
         auto reader = SealedReader::open(path, internal::kStoreKind).value();
         directory.assign(reader.directory().begin(), reader.directory().end());
         const auto read = internal::decode_directory(directory).value();
-        record.resize(read.chunks[0].bytes);
-        require(reader.read(read.chunks[0].offset, record).has_value(), "a store is read");
-        chunk = internal::encode_chunk(*make_chunk(*source, {0, 0, 0}).value());
+        const std::uint64_t first = read.chunks[0].offset;
+        records.resize(reader.bytes() - first);
+        require(reader.read(first, records).has_value(), "a store is read");
+        const auto content = internal::content_of(read.lattice, read.raster, 0);
+        chunk = internal::encode_chunk(*make_chunk(*source, {0, 0, 0}).value(), content);
+        if (!read.raster) return;
+        const std::vector<std::uint32_t> samples(kSquareColumns * kSquareRows, 0x41200000u);
+        square = internal::encode_square(samples, false, kSquareColumns);
     }
+
+    static constexpr int kSquareColumns = 40, kSquareRows = 30;
 };
 
 void decode_chunk(const Store& store, fuzz::Input& input) {
@@ -44,6 +55,13 @@ void decode_chunk(const Store& store, fuzz::Input& input) {
     const auto chunk = internal::decode_chunk(bytes, store.source->lattice(), {0, 0, 0});
     if (!chunk) return;
     require(internal::encode_chunk(**chunk) == bytes || bytes[0] > 3, "the codec is lossless");
+}
+
+void decode_parts(const Store& store, fuzz::Input& input) {
+    static_cast<void>(internal::decode_partial(fuzz::patched(store.chunk, input),
+                                               internal::ChunkContent::vertex_bounds, true));
+    static_cast<void>(internal::decode_square(fuzz::patched(store.square, input), false,
+                                              Store::kSquareColumns, Store::kSquareRows));
 }
 
 void ask(const std::string& path) {
@@ -55,7 +73,10 @@ void ask(const std::string& path) {
     static_cast<void>(source.interval(extent));
     static_cast<void>(source.rise_bound(1.0));
     const Lattice& lattice = source.lattice();
-    static_cast<void>(make_chunk(source, {lattice.first_root_x, lattice.first_root_y, 0}));
+    const ChunkKey root{lattice.first_root_x, lattice.first_root_y, 0};
+    static_cast<void>(make_chunk(source, root));
+    if (lattice.finest_level == 1)
+        static_cast<void>(make_chunk(source, {2 * root.x, 2 * root.y, 1}));
 }
 
 /// The store with a changed directory, which is read back as it is.
@@ -65,7 +86,7 @@ void read_directory(const Store& store, fuzz::Input& input) {
     if (directory) require(internal::encode(*directory) == bytes, "a directory is lossless");
     const std::string path = store.folder.path() + "/changed.terrane";
     auto writer = SealedWriter::create(path, internal::kStoreKind).value();
-    require(writer.append(store.record).has_value() && writer.commit(bytes).has_value(),
+    require(writer.append(store.records).has_value() && writer.commit(bytes).has_value(),
             "a store is written");
     ask(path);
 }
@@ -73,13 +94,20 @@ void read_directory(const Store& store, fuzz::Input& input) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    static const Store store;
+    static const Store of_function(fuzz::make_square(20.0, 0));
+    static const Store of_raster(test::small_raster(1.25));
     fuzz::Input input(data, size);
-    switch (input.below(3)) {
+    const int choice = input.below(6);
+    const Store& store = choice % 2 == 0 ? of_function : of_raster;
+    switch (choice) {
         case 0:
             decode_chunk(store, input);
             break;
         case 1:
+            decode_parts(store, input);
+            break;
+        case 2:
+        case 3:
             read_directory(store, input);
             break;
         default:

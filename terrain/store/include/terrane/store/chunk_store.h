@@ -39,7 +39,7 @@ struct StoreInfo {
 };
 
 /// A file with all chunks of a world and their certified bounds, baked from any source. open() makes it a height
-/// source.
+/// source. Of a raster it holds samples instead of the finest chunks, which are computed when they are read.
 ///
 /// Its chunks, and so the meshes of its levels, have the same bits as those of the baked source. Its true surface is
 /// the triangulation of its finest level, which height() returns; bounds and intervals hold for the triangulation and
@@ -60,7 +60,8 @@ public:
     static Result<StoreInfo> bake(const HeightSource& source, const std::string& path,
                                   const BakeSettings& settings);
 
-    /// Opens a store. Chunks are read and checked on demand, on any thread, without locks.
+    /// Opens a store. Chunks are read and checked on demand, on any thread. Threads share a cache of a raster's samples
+    /// of 8 MiB.
     ///
     /// Fails: io if it cannot be read; bad_data if it is not a store, has another version, or is damaged
     /// Cost:  reads the directory, about 64 bytes per chunk
