@@ -438,6 +438,9 @@ std::int64_t sample_after(const SamplePlace& place) { return last_cell(place) + 
 /// If not aligned, deviations are computed for vertices of the requested spacing and of half of it; an a-priori bound
 /// covers all finer vertices.
 constexpr std::int64_t kFinerStep = 2;
+/// The rows of a grid whose bounds are computed in one window, even: windows then fit in the processor's cache, and
+/// their memory need not be fetched from the system.
+constexpr int kBandRows = 32;
 constexpr double kRounding = 1e-9;
 
 /// Whether an index, a multiple of step, is an odd multiple.
@@ -570,39 +573,76 @@ Result<void> FineSurface::aligned_vertex_bounds(const SampleGrid& grid,
 }
 
 Result<void> FineSurface::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    if (grid_.aligned && grid.step < grid_.base_step()) {
+        return aligned_vertex_bounds(grid, bounds_out);
+    }
+    return window_bounds(grid, bounds_out, {});
+}
+
+std::int64_t FineSurface::vertex_window_step(const SampleGrid& grid) const {
     const std::int64_t base = grid_.base_step();
-    if (grid_.aligned && grid.step < base) return aligned_vertex_bounds(grid, bounds_out);
-    const std::int64_t step =
-        std::min(grid_.aligned ? base : std::max<std::int64_t>(grid.step / kFinerStep, 1), base);
+    return grid_.aligned ? base : std::clamp<std::int64_t>(grid.step / kFinerStep, 1, base);
+}
+
+std::int64_t FineSurface::cell_window_step(const SampleGrid& grid) const {
+    return std::min(grid.step, grid_.base_step());
+}
+
+Result<void> FineSurface::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                      std::span<float> cell_bounds_out) const {
+    if (grid.step >= grid_.base_step() && vertex_window_step(grid) == cell_window_step(grid)) {
+        return window_bounds(grid, vertex_bounds_out, cell_bounds_out);
+    }
+    TERRANE_TRY(vertex_bounds(grid, vertex_bounds_out));
+    return cell_bounds(grid, cell_bounds_out);
+}
+
+Result<void> FineSurface::window_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                        std::span<float> cell_bounds_out) const {
+    const std::int64_t step = vertex_window_step(grid);
     const int n = static_cast<int>(grid.step / step), apron = 3 * n;
-    TERRANE_TRY(auto window,
-                bounds_window({{grid.corner.x - 3 * grid.step, grid.corner.y - 3 * grid.step},
-                               step,
-                               (grid.columns - 1) * n + 2 * apron + 1,
-                               (grid.rows - 1) * n + 2 * apron + 1}));
-    compute_bounds(window, n);
-    std::size_t at = 0;
-    for (int row = 0; row < grid.rows; ++row) {
-        for (int column = 0; column < grid.columns; ++column) {
-            // The grid's corner is a multiple of twice its step.
-            const bool is_coarser = ((row | column) & 1) == 0;
-            bounds_out[at++] =
-                is_coarser ? 0.0f : window.bounds[window.at(apron + column * n, apron + row * n)];
+    std::size_t vertex = 0, cell = 0;
+    for (int first = 0; first < grid.rows; first += kBandRows) {
+        const int rows = std::min(kBandRows, grid.rows - first);
+        TERRANE_TRY(
+            auto window,
+            bounds_window({{grid.corner.x - 3 * grid.step, grid.corner.y + (first - 3) * grid.step},
+                           step,
+                           (grid.columns - 1) * n + 2 * apron + 1,
+                           (rows - 1) * n + 2 * apron + 1}));
+        compute_bounds(window, n);
+        for (int row = 0; row < rows; ++row) {
+            const int y = apron + row * n;
+            for (int column = 0; column < grid.columns; ++column) {
+                // The grid's corner is a multiple of twice its step, and so are those of bands.
+                const bool is_coarser = ((row | column) & 1) == 0;
+                vertex_bounds_out[vertex++] =
+                    is_coarser ? 0.0f : window.bounds[window.at(apron + column * n, y)];
+            }
+            if (cell_bounds_out.empty() || first + row + 1 == grid.rows) continue;
+            for (int column = 0; column + 1 < grid.columns; ++column) {
+                cell_bounds_out[cell++] = cell_deviation(window, apron + column * n, y, n);
+            }
         }
     }
     return {};
 }
 
 Result<void> FineSurface::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    const std::int64_t step = std::min(grid.step, grid_.base_step());
+    const std::int64_t step = cell_window_step(grid);
     const int n = static_cast<int>(grid.step / step);
-    TERRANE_TRY(auto made, surface_window({grid.corner, step, (grid.columns - 1) * n + 1,
-                                           (grid.rows - 1) * n + 1}));
-    if (n == 1 && made.kinked) made.kinked->keep_diagonals(1);
     std::size_t at = 0;
-    for (int row = 0; row + 1 < grid.rows; ++row) {
-        for (int column = 0; column + 1 < grid.columns; ++column) {
-            bounds_out[at++] = cell_deviation(made, column * n, row * n, n);
+    for (int first = 0; first + 1 < grid.rows; first += kBandRows) {
+        const int rows = std::min(kBandRows, grid.rows - 1 - first);
+        TERRANE_TRY(auto window, surface_window({{grid.corner.x, grid.corner.y + first * grid.step},
+                                                 step,
+                                                 (grid.columns - 1) * n + 1,
+                                                 rows * n + 1}));
+        if (n == 1 && window.kinked) window.kinked->keep_diagonals(1);
+        for (int row = 0; row < rows; ++row) {
+            for (int column = 0; column + 1 < grid.columns; ++column) {
+                bounds_out[at++] = cell_deviation(window, column * n, row * n, n);
+            }
         }
     }
     return {};

@@ -110,6 +110,10 @@ public:
     /// As HeightSource::cell_bounds, up to 128 base spacings.
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
 
+    /// Both, as HeightSource::mesh_bounds, up to 64 base spacings. Reads and interpolates the samples once if it can.
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const;
+
     /// Heights of a grid's points and the surface between them, without bounds. Requires a step of at most the base
     /// spacing; indices of the window are in steps of the grid.
     Result<DiamondWindow> surface_window(const SampleGrid& grid) const;
@@ -124,6 +128,12 @@ private:
                                     bool along_x) const;
     std::vector<Reach> reaches(std::int64_t first, std::int64_t step, int count, std::int64_t reach,
                                bool along_x) const;
+    /// Spacings of the windows in which the bounds of vertices and of cells of a grid are computed.
+    std::int64_t vertex_window_step(const SampleGrid& grid) const;
+    std::int64_t cell_window_step(const SampleGrid& grid) const;
+    /// Bounds of vertices and, if the span is not empty, of cells of a grid from a window of vertex_window_step().
+    Result<void> window_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                               std::span<float> cell_bounds_out) const;
     /// Bounds of the vertices of spacing grid.step < base step, for aligned grids.
     Result<void> aligned_vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     float aligned_bound(const RasterPatch& patch, LatticePoint v, std::int64_t step) const;
@@ -161,6 +171,6 @@ public:
 };
 
 /// Greatest spacing, in base spacings, of the vertices and cells whose bounds a source takes from its FineSurface.
-inline constexpr std::int64_t kFineCells = 4;
+inline constexpr std::int64_t kFineCells = 2;
 
 }  // namespace terrane::internal

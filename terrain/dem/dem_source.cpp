@@ -298,6 +298,22 @@ Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights
     return {};
 }
 
+void DemSource::add_vertex_errors(const SampleGrid& grid, std::span<float> bounds) const {
+    if (store_->rounding() == 0.0 && !store_->is_resampled()) return;
+    const auto error = [this](LatticePoint low, LatticePoint high) {
+        return store_error(low, high);
+    };
+    add_vertex_error(grid, error, bounds);
+}
+
+void DemSource::add_cell_errors(const SampleGrid& grid, std::span<float> bounds) const {
+    if (store_->rounding() == 0.0 && !store_->is_resampled()) return;
+    const auto error = [this](LatticePoint low, LatticePoint high) {
+        return store_error(low, high);
+    };
+    add_cell_error(grid, error, bounds);
+}
+
 Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
                    "the corner of a grid of vertices must be a multiple of twice its step");
@@ -305,11 +321,7 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
         tiers_->vertex_bounds(grid, bounds_out);
     } else
         TERRANE_TRY(fine_->vertex_bounds(grid, bounds_out));
-    if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
-    const auto error = [this](LatticePoint low, LatticePoint high) {
-        return store_error(low, high);
-    };
-    add_vertex_error(grid, error, bounds_out);
+    add_vertex_errors(grid, bounds_out);
     return {};
 }
 
@@ -320,11 +332,18 @@ Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bou
         tiers_->cell_bounds(grid, bounds_out);
     } else
         TERRANE_TRY(fine_->cell_bounds(grid, bounds_out));
-    if (store_->rounding() == 0.0 && !store_->is_resampled()) return {};
-    const auto error = [this](LatticePoint low, LatticePoint high) {
-        return store_error(low, high);
-    };
-    add_cell_error(grid, error, bounds_out);
+    add_cell_errors(grid, bounds_out);
+    return {};
+}
+
+Result<void> DemSource::mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                                    std::span<float> cell_bounds_out) const {
+    if (grid.step >= tiers_->first_step()) {
+        return HeightSource::mesh_bounds(grid, vertex_bounds_out, cell_bounds_out);
+    }
+    TERRANE_TRY(fine_->mesh_bounds(grid, vertex_bounds_out, cell_bounds_out));
+    add_vertex_errors(grid, vertex_bounds_out);
+    add_cell_errors(grid, cell_bounds_out);
     return {};
 }
 

@@ -74,6 +74,8 @@ public:
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override;
     Result<void> cell_flags(const SampleGrid& grid,
                             std::span<std::uint8_t> flags_out) const override;
     HeightInterval interval(const WorldRect& rect) const override;
@@ -85,6 +87,9 @@ private:
               OpeningBounds bounds, CacheUse cache_use);
 
     void add_base(std::span<double> heights) const;
+    /// Adds store_error() to the bounds of vertices or cells.
+    void add_vertex_errors(const SampleGrid& grid, std::span<float> bounds) const;
+    void add_cell_errors(const SampleGrid& grid, std::span<float> bounds) const;
     /// Bound of the distance between the stored surface and the file's over a closed rectangle of the lattice.
     double store_error(LatticePoint low, LatticePoint high) const;
 

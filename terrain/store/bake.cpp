@@ -195,7 +195,11 @@ double steepest_of(const Chunk& chunk, const Lattice& lattice) {
 Baked bake_chunk(const HeightSource& source, const ChunkKey& key, ChunkContent kept) {
     Baked baked;
     const Lattice& lattice = source.lattice();
-    const auto chunk = make_chunk(source, key);
+    // If bounds of vertices are not stored, they need not be computed, which takes longer than all else.
+    const auto chunk =
+        kept == ChunkContent::flags
+            ? make_bounded_chunk(source, key, std::make_shared<ChunkVertices>(), {}, {})
+            : make_chunk(source, key);
     if (!chunk) {
         baked.error = chunk.error();
         return baked;
@@ -252,9 +256,9 @@ std::optional<StoredRaster> raster_of(const PartHeights& source) {
     for (const double distance : rise_distances(lattice)) {
         raster.rises.push_back(source.rise_bound(distance));
     }
-    // Bounds depend on points within five steps around a chunk and its margin, and on kBoundsMargin samples more.
+    // Bounds depend on points within three steps around a chunk and its margin, and on kBoundsMargin samples more.
     const BilinearGrid& grid = raster.grid;
-    const std::int64_t margin = 2 * (5 + kReachCells) * grid.base_step();
+    const std::int64_t margin = kFineCells * (3 + kReachCells) * grid.base_step();
     const auto squares = [](SamplePlace first, SamplePlace last, int samples, int& first_out,
                             int& count_out) {
         const auto square_of = [samples](std::int64_t index) {

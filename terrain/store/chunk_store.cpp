@@ -93,6 +93,8 @@ public:
     Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override;
     Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
     Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override;
+    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
+                             std::span<float> cell_bounds_out) const override;
     Result<void> cell_flags(const SampleGrid& grid,
                             std::span<std::uint8_t> flags_out) const override;
     HeightInterval interval(const WorldRect&) const override { return range_; }
@@ -101,6 +103,9 @@ public:
     }
 
 private:
+    void add_vertex_rounding(const SampleGrid& grid, std::span<float> bounds) const;
+    void add_cell_rounding(const SampleGrid& grid, std::span<float> bounds) const;
+
     const StoredRaster& raster_;
     std::vector<double> distances_;
     HeightInterval range_;
@@ -251,21 +256,38 @@ Result<void> RasterChunkSource::sample(const SampleGrid& grid,
     return {};
 }
 
+void RasterChunkSource::add_vertex_rounding(const SampleGrid& grid, std::span<float> bounds) const {
+    if (raster_.rounding == 0.0) return;
+    const auto error = [this](LatticePoint, LatticePoint) { return raster_.rounding; };
+    add_vertex_error(grid, error, bounds);
+}
+
+void RasterChunkSource::add_cell_rounding(const SampleGrid& grid, std::span<float> bounds) const {
+    if (raster_.rounding == 0.0) return;
+    const auto error = [this](LatticePoint, LatticePoint) { return raster_.rounding; };
+    add_cell_error(grid, error, bounds);
+}
+
 Result<void> RasterChunkSource::vertex_bounds(const SampleGrid& grid,
                                               std::span<float> bounds_out) const {
     TERRANE_TRY(surface_.vertex_bounds(grid, bounds_out));
-    if (raster_.rounding == 0.0) return {};
-    const auto error = [this](LatticePoint, LatticePoint) { return raster_.rounding; };
-    add_vertex_error(grid, error, bounds_out);
+    add_vertex_rounding(grid, bounds_out);
     return {};
 }
 
 Result<void> RasterChunkSource::cell_bounds(const SampleGrid& grid,
                                             std::span<float> bounds_out) const {
     TERRANE_TRY(surface_.cell_bounds(grid, bounds_out));
-    if (raster_.rounding == 0.0) return {};
-    const auto error = [this](LatticePoint, LatticePoint) { return raster_.rounding; };
-    add_cell_error(grid, error, bounds_out);
+    add_cell_rounding(grid, bounds_out);
+    return {};
+}
+
+Result<void> RasterChunkSource::mesh_bounds(const SampleGrid& grid,
+                                            std::span<float> vertex_bounds_out,
+                                            std::span<float> cell_bounds_out) const {
+    TERRANE_TRY(surface_.mesh_bounds(grid, vertex_bounds_out, cell_bounds_out));
+    add_vertex_rounding(grid, vertex_bounds_out);
+    add_cell_rounding(grid, cell_bounds_out);
     return {};
 }
 

@@ -5,6 +5,8 @@
 //             parts of square and cube roots of primes.
 #include "store_format.h"
 
+#include "bilinear/fine_surface.h"
+
 #include <terrane/store/bytes.h>
 
 #include <algorithm>
@@ -446,7 +448,7 @@ Result<std::vector<std::uint32_t>> decode_square(std::span<const std::uint8_t> b
 ChunkContent content_of(const Lattice& lattice, const std::optional<StoredRaster>& raster,
                         int level) {
     const std::int64_t base = raster ? raster->grid.base_step() : 0, step = lattice.step(level);
-    if (step > 2 * base) return ChunkContent::all;
+    if (step > kFineCells * base) return ChunkContent::all;
     return step > base || level == 0 ? ChunkContent::vertex_bounds : ChunkContent::flags;
 }
 

@@ -267,6 +267,46 @@ TEST(DemBoundsOfCoarseSpacings, AreThereForSquaresLargerThanTheWorld) {
     }
 }
 
+TEST(DemBoundsOfMeshes, AreThoseOfVerticesAndOfCellsInAnyPartOfAGrid) {
+    long compared = 0;
+    for (const double cell_y : {10.0, 12.5}) {
+        for (const double finest_spacing : {0.0, 2.5}) {
+            std::mt19937 random(5);
+            RasterSpec spec{.columns = 90, .rows = 70};
+            spec.transform[5] = -cell_y;
+            spec.value = [&](int, int) { return 30.0 * random_unit(random); };
+            DemSettings settings;
+            settings.finest_spacing = finest_spacing;
+            const auto source = open_dem(spec, settings).source;
+            for (std::int64_t step = 1; step <= 16; step *= 2) {
+                const SampleGrid grid{{2 * step, 4 * step}, step, 39, 71};
+                std::vector<float> vertices(grid.size()), cells(std::size_t{38} * 70);
+                ASSERT_TRUE(source->mesh_bounds(grid, vertices, cells).has_value());
+                // Of a part that begins and ends elsewhere.
+                const int west = 6, south = 34, columns = 9, rows = 35;
+                const SampleGrid part{{grid.corner.x + west * step, grid.corner.y + south * step},
+                                      step,
+                                      columns,
+                                      rows};
+                std::vector<float> of_vertices(part.size()), of_cells(std::size_t{8} * 34);
+                ASSERT_TRUE(source->vertex_bounds(part, of_vertices).has_value());
+                ASSERT_TRUE(source->cell_bounds(part, of_cells).has_value());
+                for (int row = 0; row + 1 < rows; ++row) {
+                    for (int column = 0; column + 1 < columns; ++column, ++compared) {
+                        const auto in = [&](int width, int from_west, int from_south) {
+                            return static_cast<std::size_t>((row + from_south) * width + column +
+                                                            from_west);
+                        };
+                        EXPECT_EQ(of_vertices[in(columns, 0, 0)], vertices[in(39, west, south)]);
+                        EXPECT_EQ(of_cells[in(columns - 1, 0, 0)], cells[in(38, west, south)]);
+                    }
+                }
+            }
+        }
+    }
+    EXPECT_EQ(compared, 4 * 5 * 34 * 8);
+}
+
 TEST(DemBoundsOfPlanes, AreNothing) {
     RasterSpec spec{.columns = 100, .rows = 70, .value = [](int, int) { return 42.5; }};
     const auto source = open_dem(spec).source;
