@@ -520,8 +520,9 @@ bool is_valid(const StoredRaster& raster) {
            covers(raster.first_row, raster.row_count, grid.rows);
 }
 
-/// Reads the output of put_raster(), without the hashes of more squares than `most_squares`.
-StoredRaster get_raster(ByteReader& in, const Lattice& lattice, std::size_t most_squares) {
+/// Reads the output of put_raster(); absent if it makes no sense, or has more than `most_squares` squares.
+std::optional<StoredRaster> get_raster(ByteReader& in, const Lattice& lattice,
+                                       std::size_t most_squares) {
     StoredRaster raster;
     BilinearGrid& grid = raster.grid;
     grid.lattice = lattice;
@@ -531,12 +532,14 @@ StoredRaster get_raster(ByteReader& in, const Lattice& lattice, std::size_t most
     grid.cell_y = in.get<double>();
     grid.west = in.get<double>();
     grid.south = in.get<double>();
-    grid.aligned = in.get<std::uint8_t>() != 0;
+    const auto is_aligned = in.get<std::uint8_t>();
+    grid.aligned = is_aligned == 1;
     grid.cell_log2 = in.get<std::int32_t>();
     grid.first.x = in.get<std::int64_t>();
     grid.first.y = in.get<std::int64_t>();
     const auto base = in.get<double>(), step = in.get<double>();
-    raster.packing = SamplePacking::of_parts(base, step, in.get<std::uint8_t>() != 0);
+    const auto is_integer = in.get<std::uint8_t>();
+    raster.packing = SamplePacking::of_parts(base, step, is_integer == 1);
     raster.rounding = in.get<double>();
     raster.rises.resize(rise_distances(lattice).size());
     in.get_each(std::span<double>(raster.rises));
@@ -544,10 +547,13 @@ StoredRaster get_raster(ByteReader& in, const Lattice& lattice, std::size_t most
     raster.first_row = in.get<std::int32_t>();
     raster.column_count = in.get<std::int32_t>();
     raster.row_count = in.get<std::int32_t>();
-    if (in.has_failed() || !is_valid(raster)) return raster;
+    if (in.has_failed() || is_aligned > 1 || is_integer > 1 || !is_valid(raster)) {
+        return std::nullopt;
+    }
     const std::size_t count =
         static_cast<std::size_t>(raster.column_count) * static_cast<std::size_t>(raster.row_count);
-    raster.squares.resize(std::min(count, most_squares));
+    if (count > most_squares) return std::nullopt;
+    raster.squares.resize(count);
     for (StoredRaster::SquareRecord& square : raster.squares) {
         square.hash.low = in.get<std::uint64_t>();
         square.hash.high = in.get<std::uint64_t>();
@@ -668,13 +674,8 @@ Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
     directory.rises.resize(rise_distances(lattice).size());
     in.get_each(std::span<double>(directory.rises));
     if (const auto has_raster = in.get<std::uint8_t>(); has_raster == 1) {
-        directory.raster = get_raster(in, lattice, bytes.size() / kSquareBytes + 1);
-        const StoredRaster& raster = *directory.raster;
-        if (!is_valid(raster) ||
-            raster.squares.size() != static_cast<std::size_t>(raster.column_count) *
-                                         static_cast<std::size_t>(raster.row_count)) {
-            return senseless();
-        }
+        directory.raster = get_raster(in, lattice, bytes.size() / kSquareBytes);
+        if (!directory.raster) return senseless();
     } else if (has_raster != 0) {
         return senseless();
     }
