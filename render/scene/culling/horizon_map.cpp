@@ -44,8 +44,9 @@ bool is_above_drawn_ground(const TerrainMesh& mesh, const WorldPos& place) {
             on_chunk.head<2>().maxCoeff() > (kChunkCells + 1) * spacing)
             continue;
         const auto corner = [&](std::size_t sample) -> Eigen::Vector3d {
-            return Eigen::Vector3d(static_cast<double>(sample % kChunkSamples) * spacing,
-                                   static_cast<double>(sample / kChunkSamples) * spacing,
+            const std::size_t column = sample % kChunkSamples, row = sample / kChunkSamples;
+            return Eigen::Vector3d(static_cast<double>(column) * spacing,
+                                   static_cast<double>(row) * spacing,
                                    part.displayed_height(sample, lattice.quantum)) -
                    on_chunk;
         };
