@@ -253,25 +253,25 @@ class StoredHeights : public testing::Test {
 protected:
     // One store for all tests.
     static void SetUpTestSuite() {
-        folder_ = std::make_unique<TemporaryFolder>();
-        source_ = small_fractal();
-        const auto baked = ChunkStore::bake(*source_, folder_->file("a.terrane"), {});
+        folder = std::make_unique<TemporaryFolder>();
+        source = small_fractal();
+        const auto baked = ChunkStore::bake(*source, folder->file("a.terrane"), {});
         ASSERT_TRUE(baked.has_value());
-        info_ = *baked;
-        store_ = open_store(folder_->file("a.terrane"));
+        info = *baked;
+        store = open_store(folder->file("a.terrane"));
     }
     static void TearDownTestSuite() {
-        store_ = source_ = nullptr;
-        folder_ = nullptr;
+        store = source = nullptr;
+        folder = nullptr;
     }
 
-    static inline std::unique_ptr<TemporaryFolder> folder_;
-    static inline std::shared_ptr<const HeightSource> source_, store_;
-    static inline StoreInfo info_;
+    static inline std::unique_ptr<TemporaryFolder> folder;
+    static inline std::shared_ptr<const HeightSource> source, store;
+    static inline StoreInfo info;
 };
 
 TEST_F(StoredHeights, SamplesAreThoseOfTheSourceAtEveryLevelAndOffset) {
-    const Lattice& lattice = store_->lattice();
+    const Lattice& lattice = store->lattice();
     Random random(5);
     long compared = 0;
     for (int i = 0; i < 200; ++i) {
@@ -281,8 +281,8 @@ TEST_F(StoredHeights, SamplesAreThoseOfTheSourceAtEveryLevelAndOffset) {
             grid.corner = {grid.corner.x & -grid.step, grid.corner.y & -grid.step};
         }
         std::vector<double> live(grid.size()), stored(grid.size());
-        ASSERT_TRUE(source_->sample(grid, live).has_value());
-        ASSERT_TRUE(store_->sample(grid, stored).has_value());
+        ASSERT_TRUE(source->sample(grid, live).has_value());
+        ASSERT_TRUE(store->sample(grid, stored).has_value());
         for (std::size_t k = 0; k < live.size(); ++k) {
             const std::int64_t x = grid.corner.x + static_cast<std::int64_t>(k % 9) * grid.step;
             const std::int64_t y = grid.corner.y + static_cast<std::int64_t>(k / 9) * grid.step;
@@ -290,74 +290,73 @@ TEST_F(StoredHeights, SamplesAreThoseOfTheSourceAtEveryLevelAndOffset) {
             if (y < lattice.south() || y > lattice.north()) continue;
             ++compared;
             ASSERT_NEAR(stored[k], live[k], 0.5 * lattice.quantum);
-            ASSERT_NEAR(store_->height(lattice.x(x), lattice.y(y)), stored[k], 1e-9);
+            ASSERT_NEAR(store->height(lattice.x(x), lattice.y(y)), stored[k], 1e-9);
         }
     }
     EXPECT_GT(compared, 500);
 }
 
 TEST_F(StoredHeights, KeepWhatHeightSourcesPromise) {
-    const SourceReport report = check_source(*store_).value();
+    const SourceReport report = check_source(*store).value();
     EXPECT_TRUE(report.is_clean()) << to_text(report);
 }
 
 TEST_F(StoredHeights, TheTrueSurfaceOfTheSourceIsWithinMaxError) {
     Random random(6);
-    const WorldRect& extent = source_->extent();
+    const WorldRect& extent = source->extent();
     double most = 0.0;
     for (int i = 0; i < few_or_many(6'000, 20'000); ++i) {
         const double x = random.between(extent.west, extent.east);
         const double y = random.between(extent.south, extent.north);
-        most = std::max(most, std::abs(store_->height(x, y) - source_->height(x, y)));
+        most = std::max(most, std::abs(store->height(x, y) - source->height(x, y)));
     }
-    EXPECT_GT(info_.max_error_m, 0.0);
-    EXPECT_LE(most, info_.max_error_m);
-    EXPECT_GT(most, 0.05 * info_.max_error_m) << "the bound says something";
+    EXPECT_GT(info.max_error_m, 0.0);
+    EXPECT_LE(most, info.max_error_m);
+    EXPECT_GT(most, 0.05 * info.max_error_m) << "the bound says something";
 }
 
 TEST_F(StoredHeights, BoundsOfMidpointsAreNotBelowThoseOfCellsBesideThem) {
-    const Lattice& lattice = store_->lattice();
+    const Lattice& lattice = store->lattice();
     for (std::int64_t step = 1; step <= lattice.step(0); step *= 2)
-        check_nesting_of_spacing(*store_, {{0, 0}, step, 21, 21});
+        check_nesting_of_spacing(*store, {{0, 0}, step, 21, 21});
 }
 
 TEST_F(StoredHeights, IntervalsOfImpossibleRectanglesAreIntervals) {
     const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
     for (const WorldRect& rect : {WorldRect{-inf, -inf, inf, inf}, WorldRect{nan, nan, nan, nan},
                                   WorldRect{1, 1, -1, -1}}) {
-        const HeightInterval found = store_->interval(rect);
+        const HeightInterval found = store->interval(rect);
         EXPECT_LE(found.low, found.high);
     }
 }
 
 TEST_F(StoredHeights, RisesAreThoseOfTheSourceWhereATriangulatorAsks) {
-    const Lattice& lattice = store_->lattice();
+    const Lattice& lattice = store->lattice();
     for (double spacing = lattice.spacing * 0x1p-24; spacing <= 2 * lattice.root_size();
          spacing *= 2) {
         for (const double distance : {spacing, 0.70710678118654757 * spacing}) {
-            EXPECT_EQ(store_->rise_bound(distance), source_->rise_bound(distance)) << distance;
+            EXPECT_EQ(store->rise_bound(distance), source->rise_bound(distance)) << distance;
         }
     }
-    EXPECT_GE(store_->rise_bound(1e12), store_->rise_bound(4096.0));
-    EXPECT_GE(store_->rise_bound(0.0), 0.0);
+    EXPECT_GE(store->rise_bound(1e12), store->rise_bound(4096.0));
+    EXPECT_GE(store->rise_bound(0.0), 0.0);
 }
 
 TEST_F(StoredHeights, AnswersBeyondTheWorldRepeatItsBorder) {
-    EXPECT_EQ(store_->height(1e9, 17.0), store_->height(4096.0, 17.0));
-    EXPECT_EQ(store_->height(-1e300, -1e300), store_->height(-4096.0, -4096.0));
-    EXPECT_TRUE(std::isnan(store_->height(std::nan(""), 0.0)));
+    EXPECT_EQ(store->height(1e9, 17.0), store->height(4096.0, 17.0));
+    EXPECT_EQ(store->height(-1e300, -1e300), store->height(-4096.0, -4096.0));
+    EXPECT_TRUE(std::isnan(store->height(std::nan(""), 0.0)));
     std::vector<std::uint8_t> flags(4);
-    ASSERT_TRUE(
-        store_->cell_flags({{store_->lattice().east() - 1, 0}, 1, 3, 3}, flags).has_value());
+    ASSERT_TRUE(store->cell_flags({{store->lattice().east() - 1, 0}, 1, 3, 3}, flags).has_value());
     EXPECT_EQ(flags,
               (std::vector<std::uint8_t>{cell_ground, cell_outside, cell_ground, cell_outside}));
 }
 
 TEST_F(StoredHeights, AnyThreadMayAskAtAnyTime) {
-    const std::vector<ChunkKey> keys = all_keys(store_->lattice());
+    const std::vector<ChunkKey> keys = all_keys(store->lattice());
     std::atomic<int> wrong{0};
     std::vector<std::shared_ptr<const Chunk>> expected;
-    for (const ChunkKey& key : keys) expected.push_back(*make_chunk(*store_, key));
+    for (const ChunkKey& key : keys) expected.push_back(*make_chunk(*store, key));
     {
         std::vector<std::jthread> threads;
         for (int t = 0; t < 4; ++t) {
@@ -366,10 +365,10 @@ TEST_F(StoredHeights, AnyThreadMayAskAtAnyTime) {
                 for (int i = 0; i < 60; ++i) {
                     const auto k =
                         static_cast<std::size_t>(random.below(static_cast<int>(keys.size())));
-                    const auto chunk = make_chunk(*store_, keys[k]);
+                    const auto chunk = make_chunk(*store, keys[k]);
                     if (!chunk || !same_chunk(**chunk, *expected[k])) ++wrong;
                     const double x = random.between(-4000, 4000), y = random.between(-4000, 4000);
-                    if (store_->height(x, y) != store_->height(x, y)) ++wrong;
+                    if (store->height(x, y) != store->height(x, y)) ++wrong;
                 }
             });
         }
@@ -380,7 +379,7 @@ TEST_F(StoredHeights, AnyThreadMayAskAtAnyTime) {
 TEST_F(StoredHeights, ALoadMayBeGivenUp) {
     std::stop_source stop;
     stop.request_stop();
-    const auto chunk = make_chunk(*store_, {0, 0, 0}, stop.get_token());
+    const auto chunk = make_chunk(*store, {0, 0, 0}, stop.get_token());
     ASSERT_FALSE(chunk.has_value());
     EXPECT_EQ(chunk.error().code, ErrorCode::cancelled);
 }
