@@ -614,7 +614,7 @@ Result<void> FineSurface::window_bounds(const SampleGrid& grid, std::span<float>
         for (int row = 0; row < rows; ++row) {
             const int y = apron + row * n;
             for (int column = 0; column < grid.columns; ++column) {
-                // The grid's corner is a multiple of twice its step, and so are those of bands.
+                // The corners of the grid and of its bands are multiples of twice the step.
                 const bool is_coarser = ((row | column) & 1) == 0;
                 vertex_bounds_out[vertex++] =
                     is_coarser ? 0.0f : window.bounds[window.at(apron + column * n, y)];

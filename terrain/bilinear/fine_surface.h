@@ -153,7 +153,7 @@ private:
 /// lattice, metres.
 using SurfaceError = std::function<double(LatticePoint low, LatticePoint high)>;
 
-/// Adds the error to the bounds of a grid's vertices, over their diamonds and those of their descendants.
+/// Adds to the bound of each vertex of a grid the error over its diamond and the diamonds of its descendants.
 void add_vertex_error(const SampleGrid& grid, const SurfaceError& error_over,
                       std::span<float> bounds);
 /// Adds the error to the bounds of a grid's cells.
@@ -165,8 +165,8 @@ void add_cell_error(const SampleGrid& grid, const SurfaceError& error_over,
 class BilinearSource {
 public:
     virtual ~BilinearSource() = default;
-    /// The surface whose heights are the source's, and whose bounds, with the rounding of its samples, are the source's
-    /// for vertices and cells of up to kFineCells base spacings; null if there is none.
+    /// The surface that gives the source its heights. Its bounds plus the rounding of its samples are the source's
+    /// bounds of vertices and cells up to kFineCells base spacings. Null if the source has no such surface.
     virtual const FineSurface* bilinear_surface() const = 0;
 };
 

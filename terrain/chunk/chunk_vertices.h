@@ -145,7 +145,7 @@ struct MostBounds {
     std::array<float, std::size_t{kChunkAreas} * kChunkAreas> of_areas{};
 };
 
-/// Makes a chunk of which the bounds of vertices are known; all else is computed as in make_chunk().
+/// Makes a chunk from known bounds of its vertices. Computes heights, cells and reaches as make_chunk() does.
 ///
 /// @param vertices with the bounds of all vertices and of both sides; for a root also the coarse bounds
 ///

@@ -52,7 +52,8 @@ public:
     HeightInterval interval(const WorldRect& rect) const override { return base_.interval(rect); }
     double rise_bound(double distance) const override { return base_.rise_bound(distance); }
 
-    /// The surface of the base's raster, if lattice points of the part are those of the base; otherwise null.
+    /// The surface of the base's raster. Null if the base has none, or if part and base number lattice points
+    /// differently.
     const FineSurface* raster_surface() const {
         const auto* bilinear = dynamic_cast<const BilinearSource*>(&base_);
         return bilinear != nullptr && shift_ == 0 ? bilinear->bilinear_surface() : nullptr;

@@ -75,8 +75,8 @@ private:
     SquareCache squares_;
 };
 
-/// The source of a chunk that is computed from a store's raster. Only what make_chunk() asks for is that of the baked
-/// source.
+/// Heights and bounds of a store's raster, from which make_chunk() computes one chunk. Of the source that was baked it
+/// has only what make_chunk() asks for.
 class RasterChunkSource final : public HeightSource {
 public:
     /// @param flags [kChunkCells^2] of the chunk's cells; empty: all are ground

@@ -56,9 +56,29 @@ std::vector<TriangleDemand> random_demands(Random& random) {
     return demands;
 }
 
-// Places around the drawn ground: the eye, and points over and beside the world.
-std::vector<WorldPos> random_places(Random& random, const RandomWorld& world, const View& view) {
+// Places around the drawn ground: the eye, points over and beside the world, and points close to random triangles.
+std::vector<WorldPos> random_places(Random& random, const RandomWorld& world, const View& view,
+                                    const TerrainMesh& mesh) {
     std::vector<WorldPos> places{view.eye_world};
+    const Lattice& lattice = world.lattice();
+    for (int i = 0; i < 8 && !mesh.chunks.empty(); ++i) {
+        const MeshChunk& part = mesh.chunks[static_cast<std::size_t>(
+            random.below(static_cast<int>(mesh.chunks.size())))];
+        const std::size_t triangle =
+            part.first_index +
+            3 * static_cast<std::size_t>(random.below(static_cast<int>(part.index_count / 3)));
+        const double spacing = lattice.spacing * static_cast<double>(part.chunk->step);
+        WorldPos middle = WorldPos::Zero();
+        for (const std::uint16_t sample : mesh.indices.subspan(triangle, 3)) {
+            const int column = sample % kChunkSamples, row = sample / kChunkSamples;
+            middle += WorldPos(lattice.x(part.chunk->corner.x) + column * spacing,
+                               lattice.y(part.chunk->corner.y) + row * spacing,
+                               part.displayed_height(sample, lattice.quantum)) /
+                      3.0;
+        }
+        middle.z() += random.between(-0.1, 0.1) * spacing;
+        places.push_back(middle);
+    }
     const WorldRect extent = world.source().extent();
     const double side = extent.east - extent.west;
     for (int i = 0; i < 4; ++i) {
@@ -114,7 +134,7 @@ TEST(GpuTriangulator, HasTheBitsOfTheCpuInRandomStates) {
                 for (const TriangleDemand& demand : demands) wanted += demand.triangles;
                 granted += mesh.demand_triangles > 0;
                 refused += mesh.demand_triangles < wanted;
-                for (const WorldPos& place : random_places(random, world, view)) {
+                for (const WorldPos& place : random_places(random, world, view, expected)) {
                     const bool is_above = internal::is_above_drawn_ground(expected, place);
                     ASSERT_EQ(gpu.is_above_ground(place).value(), is_above) << place.transpose();
                     ++(is_above ? above : not_above);

@@ -93,8 +93,7 @@ Result<void> FlightOutput::add(MadeFrame frame, const View& view) {
     if (pictures_) {
         TERRANE_TRY(const double drawn, pictures_->add(log_.frames().size(), frame, view));
         frame.record.draw_ms = drawn;
-        if (const auto gpu_ms = renderer()->counts().gpu_ms)
-            frame.record.gpu_ms = frame.record.gpu_ms.value_or(0.0) + *gpu_ms;
+        frame.record.add_gpu_ms(renderer()->counts().gpu_ms);
     }
     return log_.add(std::move(frame.record));
 }

@@ -53,6 +53,10 @@ struct FrameRecord {
     bool is_late() const {
         return status == MeshStatus::not_resident && (error_px > max_error_px || triangles == 0);
     }
+    /// Adds a part of gpu_ms, if it is known.
+    void add_gpu_ms(std::optional<double> ms) {
+        if (ms) gpu_ms = gpu_ms.value_or(0.0) + *ms;
+    }
     double excess_error_px() const { return std::max(0.0, error_px - max_error_px); }
 };
 

@@ -219,7 +219,7 @@ MadeFrame FrameMaker::make(CameraNeed camera, std::span<const BodyNeed> bodies, 
     record.threshold_px = frame.mesh.threshold_px;
     record.status = frame.mesh.status;
     record.is_from_device = frame.mesh.device != nullptr;
-    if (record.is_from_device) record.gpu_ms = device_->gpu_ms();
+    if (record.is_from_device) record.add_gpu_ms(device_->gpu_ms());
     record.update_ms = taken.count();
     record.paging = pager_.stats();
     if (verifier_) {

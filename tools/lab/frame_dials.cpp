@@ -318,9 +318,7 @@ Dial preset_dial(const std::shared_ptr<FlightGrounds>& grounds) {
 // The triangles of one budget from the CPU and, if there is a device, from the device.
 TradeTrials prepare_triangulators(FlightGrounds& grounds, const TradePlace& place) {
     TERRANE_TRY(const auto flight, find_flight_ground(grounds, place));
-    const TriangulatorSettings settings{
-        .triangle_budget = place.is_quick ? std::size_t{30'000} : std::size_t{100'000},
-        .max_error_px = 0.01};
+    const TriangulatorSettings settings{.triangle_budget = 100'000, .max_error_px = 0.01};
     const HeightSource& source = *place.terrain->source;
     TERRANE_TRY(const MeshMaker of_cpu, mesh_maker(source, settings));
     std::vector<TradeTrial> trials{flight_trial("cpu", of_cpu, flight)};

@@ -530,8 +530,7 @@ CommandResult<void> Viewer::make_frame(double dt) {
     TERRANE_TRY(window_.draw(renderer_));
     draw_ms_ = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
     frame.record.draw_ms = draw_ms_;
-    if (const auto gpu_ms = renderer_.counts().gpu_ms)
-        frame.record.gpu_ms = frame.record.gpu_ms.value_or(0.0) + *gpu_ms;
+    frame.record.add_gpu_ms(renderer_.counts().gpu_ms);
     TERRANE_TRY(present(frame, view));
     return {};
 }

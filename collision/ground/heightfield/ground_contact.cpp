@@ -93,21 +93,20 @@ void complete_patches(const LocalGround& local, const LocalBody& body, const Gro
     // instead, so that it does not leave the ground through the nearest side.
     constexpr double kLeastRise = 1e-9;  // smallest z of a normal
     const double depth = length(translation);
-    const bool goes_up = depth > 2.0 * body.whole().bounds.maxCoeff();
-    const Contact up = make_plane_contact(body.part(lift.part, hull), lift.part,
-                                          {Eigen::Vector3d::UnitZ(), lift.lift});
-    if (goes_up) {
-        patches.add(up);
+    HalfSpace last{Eigen::Vector3d::UnitZ(), lift.lift};
+    if (depth > 2.0 * body.whole().bounds.maxCoeff()) {
+        part = lift.part;
     } else {
-        Eigen::Vector3d n = translation / depth;
-        n[2] = std::max(n[2], kLeastRise);
-        patches.add(make_plane_contact(body.part(part, hull), part, {n, depth}));
+        last = {translation / depth, depth};
+        last.normal[2] = std::max(last.normal[2], kLeastRise);
     }
+    const Contact separating = make_plane_contact(body.part(part, hull), part, last);
+    patches.add(separating);
     // together with the other contacts it may lead elsewhere
     Eigen::Vector3d d;
     if (resolve(local, body, patches.finish(), d)) return;
     patches.clear();
-    patches.add(up);
+    patches.add(separating);
 }
 
 // Whether a body is one round shape with its core above the ground.
@@ -142,7 +141,7 @@ bool find_overlap(const LocalGround& local, const LocalBody& body, const GroundL
             return true;
         patches.clear();
     }
-    translation = is_deep ? find_short_translation(local, body, lift.lift).d
+    translation = is_deep ? find_short_translation(local, body, lift.lift)
                           : find_min_translation(local, body, lift.lift).d;
     if (!find_patches(local, body, translation, margin, patches, error_out)) return false;
     complete_patches(local, body, lift, translation, margin, patches);

@@ -106,27 +106,28 @@ Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::
     return d;
 }
 
-MinTranslation find_short_translation(const LocalGround& local, const LocalBody& body,
-                                      double lift) {
-    MinTranslation found;
-    if (find_from_inside(local, body, found.d, found.lower_bound) && length(found.d) <= lift) {
-        found.lower_bound = std::min(found.lower_bound, length(found.d));
-        return found;
-    }
-    found.d = shorten(local, body, Eigen::Vector3d(0.0, 0.0, lift));
-    found.lower_bound = std::min(found.lower_bound, length(found.d));
-    return found;
+Eigen::Vector3d find_short_translation(const LocalGround& local, const LocalBody& body,
+                                       double lift) {
+    Eigen::Vector3d d;
+    double least = 0.0;
+    if (find_from_inside(local, body, d, least) && length(d) <= lift) return d;
+    return shorten(local, body, Eigen::Vector3d(0.0, 0.0, lift));
 }
 
 MinTranslation find_min_translation(const LocalGround& local, const LocalBody& body, double lift,
                                     const SearchLimits& limits) {
     if (!(lift > 0.0)) return {};
-    MinTranslation best = find_short_translation(local, body, lift);
-    if (is_minimum(length(best.d), best.lower_bound)) return best;
-    best.d = shorten(local, body, best.d);
+    MinTranslation best{Eigen::Vector3d(0.0, 0.0, lift), 0.0};
+    Eigen::Vector3d from_inside = Eigen::Vector3d::Zero();
+    double least = 0.0;
+    if (find_from_inside(local, body, from_inside, least) && length(from_inside) <= lift) {
+        const double size = length(from_inside);
+        if (is_minimum(size, least)) return {from_inside, std::min(size, least)};
+        best.d = shorten(local, body, from_inside);
+    }
     const Eigen::Vector3d from_above = shorten(local, body, Eigen::Vector3d(0.0, 0.0, lift));
     if (length(from_above) < length(best.d)) best.d = from_above;
-    best.lower_bound = std::min(best.lower_bound, length(best.d));
+    best.lower_bound = std::min(least, length(best.d));
     return search_min_translation(local, body, best, limits);
 }
 

@@ -43,17 +43,18 @@ inline constexpr double kDeep = 0.2;
 /// separates the body.
 Eigen::Vector3d shorten(const LocalGround& local, const LocalBody& body, Eigen::Vector3d d);
 
-/// Whether the length of a separating translation equals, within rounding, that of the minimum translation, which is at
-/// least `least`.
+/// Whether a separating translation of this length is the minimum one, within rounding.
+///
+/// @param least lower bound of the minimum's length, metres
 inline bool is_minimum(double length, double least) {
     return length <= least * (1.0 + 1e-12) + kSeparatedLift;
 }
 
-/// A separating translation that is not proved to be the shortest, and a lower bound of the shortest: by half-spaces of
-/// one overlapped column after the other, or else upwards, shortened.
+/// A separating translation, no longer than the lift, found without a search: it may be longer than the minimum.
 ///
 /// @param lift the body's lift, above 0
-MinTranslation find_short_translation(const LocalGround& local, const LocalBody& body, double lift);
+Eigen::Vector3d find_short_translation(const LocalGround& local, const LocalBody& body,
+                                       double lift);
 
 /// The minimum translation: the shortest after which the body's lift is at most kSeparatedLift; zero if the body is
 /// separated already.
