@@ -231,21 +231,20 @@ bool SolidSelection::is_drawn(std::int32_t index) const {
 void SolidSelection::separate_corners() {
     const ResidentSet& resident = *followed_;
     const auto neighbour = [&](std::int32_t index, Side side) {
-        return index == ResidentSet::kNone
-                   ? ResidentSet::kNone
-                   : resident.links(static_cast<std::size_t>(index)).neighbour[side];
+        return resident.links(static_cast<std::size_t>(index)).neighbour[side];
     };
     const auto has_diagonal = [&](const Solid& solid) {
         for (const Side along : {west, east}) {
             for (const Side across : {south, north}) {
                 const SolidTriangles& triangles = solid.chunk->solid->triangles();
                 if (triangles.caps[along].empty() || triangles.caps[across].empty()) continue;
-                const std::int32_t beside = neighbour(solid.index, along);
-                const std::int32_t above = neighbour(solid.index, across);
-                const std::int32_t diagonal = beside != ResidentSet::kNone
-                                                  ? neighbour(beside, across)
-                                                  : neighbour(above, along);
-                if (!is_drawn(beside) && !is_drawn(above) && is_drawn(diagonal)) return true;
+                const ChunkKey& key = solid.chunk->key;
+                const ChunkKey diagonal{key.x + (along == east ? 1 : -1),
+                                        key.y + (across == north ? 1 : -1), key.level};
+                // the chunks between the two may be absent
+                if (!is_drawn(neighbour(solid.index, along)) &&
+                    !is_drawn(neighbour(solid.index, across)) && is_drawn(resident.find(diagonal)))
+                    return true;
             }
         }
         return false;

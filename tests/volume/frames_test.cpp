@@ -355,6 +355,28 @@ TEST(Frames, WithVolumesKeepBudgetAndCertificateAndAreWatertight) {
     EXPECT_GT(met, 0);
 }
 
+// Four caps would share the line at the corner; the two chunks between are absent.
+TEST(Frames, WithVolumesOfTwoChunksThatShareOnlyACornerAreWatertight) {
+    const Lattice lattice{.finest_level = kFinest};
+    const auto ground = std::make_shared<const WaveHeights>(lattice, 0.01, 300.0);
+    VolumeOperation hollow{.op = VolumeOp::remove, .shape = VolumeSphere{8.0}};
+    hollow.world_from_shape.translation = {512.0, 512.0, -20.0};
+    const auto volumes = Volumes::create(lattice, {{hollow}}, {.level = kFinest}).value();
+    const auto source = VolumeHeights::create(ground, volumes).value();
+    std::vector<std::shared_ptr<const Chunk>> resident;
+    for (const ChunkKey& key :
+         {ChunkKey{0, 0, 0}, ChunkKey{0, 0, 1}, ChunkKey{1, 1, 1}, ChunkKey{1, 1, 2},
+          ChunkKey{2, 2, 2}, ChunkKey{3, 3, 3}, ChunkKey{4, 4, 3}}) {
+        resident.push_back(make_chunk(*source, key).value());
+    }
+    const auto set = std::make_shared<const ResidentSet>(lattice, source->extent(), resident, 1);
+    const View view = look_at({512.0, 480.0, 10.0}, {512.0, 512.0, -20.0}, 1.0, 640, 480).value();
+    Triangulator triangulator = Triangulator::create(*source, {.triangle_budget = 300'000}).value();
+    const TerrainMesh mesh = triangulator.update(set, view);
+    EXPECT_EQ(mesh.solids.size(), 1u);
+    EXPECT_EQ(FrameMesh(mesh).find_flaw(mesh), "");
+}
+
 }  // namespace terrane::frames_test
 
 namespace terrane::volume_buffers_test {
