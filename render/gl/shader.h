@@ -37,7 +37,8 @@ extern const std::string_view lod_open_comp, lod_scan_comp, lod_list_comp, lod_c
 extern const std::string_view lod_coarse_trim_comp;
 extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_count_keys_comp;
 extern const std::string_view lod_pick_comp, lod_masks_comp, lod_coarse_morph_comp, lod_morph_comp;
-extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp, lod_emit_comp;
+extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp, lod_emit_comp,
+    lod_in_place_comp;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {

@@ -14,9 +14,10 @@ layout(std140, binding = 0) uniform Frame {
     uvec4 counts;          // resident chunks, roots, budget, demands
     uvec4 bases;           // in work[]: list of areas, slots of areas, masks, counts
     uvec4 more_bases;      // in keys[]: sides, coarse; in offsets[]: coarse; in keys[]: axes
-    uvec4 options;         // levels, whether vertices morph, finest level
+    uvec4 options;         // levels, whether vertices morph, finest level, groups of pins
     uvec4 last_bases;      // in work[]: squares, candidates, lists of areas; number of candidates that fit
-    uvec4 capacity;        // areas that fit; in work[]: places; in vertices[]: slots, behind the roots' coarse bounds
+    uvec4 capacity;        // areas that fit; in work[]: places; in vertices[]: slots, behind the roots' coarse bounds;
+                           // in work[]: flags of volumes, see drawn_pin()
     uvec4 level_first[8];  // first chunk of each level, and their number
     vec4 reaches[33];      // by log2 of the spacing: half width and height of a centre's, of a midpoint's
 };
@@ -83,11 +84,30 @@ uint frame_word(uint chunk, uint word) { return chunks[counts.x * kTableWords + 
 float least_key(uint chunk) { return uintBitsToFloat(frame_word(chunk, 0u)); }
 float fade_factor(uint chunk) { return uintBitsToFloat(frame_word(chunk, 1u)); }
 uint slot_of(uint chunk) { return frame_word(chunk, 2u); }
+// Whether volumes may lower the chunk's keys: OpenChunk::is_pinned
+bool is_pinned(uint chunk) { return (frame_word(chunk, 3u) & 1u) != 0u; }
+// The group of the chunk's own pins; kNone if it has none
+uint group_of(uint chunk) { return (frame_word(chunk, 3u) >> 1) - 1u; }
 uint vertex_words(uint chunk) { return capacity.z + slot_of(chunk) * kSlotWords; }
 double header(uint chunk, uint word) {
     const uint at = vertex_words(chunk) + kHeaderWord + word;
     return packDouble2x32(uvec2(vertices[at], vertices[at + 1u]));
 }
+
+// Pins of volumes, and the triangles that these replace: see SolidPins and ReplacedTriangles. Both begin with a rectangle of
+// lattice points, edges included.
+const uint kGroupWords = 12u, kPinWords = 26u;
+uint first_group_word() { return counts.x * (kTableWords + kFrameWords) + 2u * counts.w; }
+uint group_words(uint group) { return first_group_word() + group * kGroupWords; }
+uint pin_words(uint pin) { return first_group_word() + options.w * kGroupWords + pin * kPinWords; }
+uint first_pin(uint group) { return chunks[group_words(group) + 8u]; }
+uint end_pin(uint group) { return chunks[group_words(group) + 9u]; }
+float key_of_group(uint group) { return uintBitsToFloat(chunks[group_words(group) + 10u]); }
+uint chunk_of_group(uint group) { return chunks[group_words(group) + 11u]; }
+uint group_of_pin(uint pin) { return chunks[pin_words(pin) + 8u]; }
+uint area_of_pin(uint pin) { return chunks[pin_words(pin) + 9u]; }
+// Squares whose triangle 2 * side + half a volume replaces
+uint replaced_squares(uint pin, uint triangle, uint half_index) { return chunks[pin_words(pin) + 10u + 2u * triangle + half_index]; }
 
 // Flags of an area in the list: at the world's border; with a held vertex, see OpenChunk::held_areas
 const uint kEndsSouth = 64u, kEndsWest = 128u, kHeld = 256u;

@@ -8,6 +8,7 @@ float own_coarse_key(uint root, uint column, uint row) {
     const float z = height_over_eye(height);
     precise float low = z - up;
     precise float high = z + up;
-    return own_key(position_of(root, 0u, 2u * column), position_of(root, 1u, 2u * row), low, high, width,
-                   uintBitsToFloat(vertices[root * kCoarse + row * kCoarseSide + column]));
+    const float key = own_key(position_of(root, 0u, 2u * column), position_of(root, 1u, 2u * row), low, high, width,
+                              uintBitsToFloat(vertices[root * kCoarse + row * kCoarseSide + column]));
+    return lowered(root, 2u * column, 2u * row, 2u * stride, is_centre, key);
 }

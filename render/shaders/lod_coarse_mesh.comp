@@ -82,7 +82,7 @@ void main() {
     for (uint k = 0u; k < kEach; ++k) {
         if (words[k] == kNone) continue;
         const ivec3 square = square_at(i * kEach + k);
-        write_square(words[k], first_vertex + uint(square.y * 129 + square.x), 129, square.z, at);
+        write_square(words[k], 0u, first_vertex + uint(square.y * 129 + square.x), 129, square.z, at);
         at += 3u * triangles_of(words[k]);
     }
 }

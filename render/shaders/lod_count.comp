@@ -19,6 +19,6 @@ void main() {
     uint total = 4u * (bitCount(masks[0]) + bitCount(masks[1]));
     for (uint k = 2u; k < 10u; ++k) total += bitCount(masks[k]);
     for (uint k = 10u; k < 18u; ++k) total -= 2u * bitCount(masks[k]);
-    work[bases.w + a.slot] = total;
+    work[bases.w + a.slot] = total - replaced_before(drawn_pin(a.chunk, a.area), 64u);
     if (total > 0u && is_child_absent(a)) work[last_bases.z + capacity.x + atomicAdd(state[kCellGroups], 1u)] = a.slot;
 }

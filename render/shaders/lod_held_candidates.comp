@@ -12,13 +12,9 @@ void visit_own(Area a, uint square, uint kind, int to_x, int to_y) {
 
 void visit_side(Area a, uint side, uint i) {
     const uint along = (side == kEast ? a.area >> 3 : a.area & 7u) * 8u + i;
-    const uint words = vertex_words(a.chunk) + (side == kEast ? kEastWord : kNorthWord);
-    const uint column = side == kEast ? 128u : 2u * along + 1u, row = side == kEast ? 2u * along + 1u : 128u;
-    const float unit = reach_unit(a.chunk), base = reach_base(a.chunk), inverse = upper_half_at(words, along);
-    const float own = own_key(position_of(a.chunk, 0u, column), position_of(a.chunk, 1u, row),
-                              over_eye(half_at(words + 32u, along), unit, base),
-                              over_eye(half_at(words + 64u, along), unit, base), midpoint_width(a.chunk), inverse);
-    visit_vertex(a.chunk, int(column), int(row), 1, own, inverse);
+    const int at = 2 * int(along) + 1;
+    visit_vertex(a.chunk, side == kEast ? 128 : at, side == kEast ? at : 128, 1, own_side_key(a.chunk, side, along),
+                 side_bound(a.chunk, side, along));
 }
 
 void main() {

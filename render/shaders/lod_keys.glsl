@@ -79,12 +79,54 @@ float reach_base(uint chunk) { return height_over_eye(header(chunk, 6u)); }
 float centre_width(uint chunk) { return reaches[options.z - level_of(chunk)].x; }
 float midpoint_width(uint chunk) { return reaches[options.z - level_of(chunk)].z; }
 
+double lattice_at(uint word) { return packDouble2x32(uvec2(chunks[word], chunks[word + 1u])); }
+// Whether a rectangle at a word of chunks[] and another one (west, south, east, north) overlap
+bool overlaps(uint word, dvec4 other) {
+    return lattice_at(word) <= other.z && lattice_at(word + 2u) <= other.w && lattice_at(word + 4u) >= other.x &&
+           lattice_at(word + 6u) >= other.y;
+}
+// The least key, below a limit, of the pins that overlap a rectangle; else the limit
+float least_pin_key(dvec4 rect, float limit) {
+    float least = limit;
+    for (uint group = 0u; group < options.w; ++group) {
+        const float key = key_of_group(group);
+        if (!(key < least) || !overlaps(group_words(group), rect)) continue;
+        for (uint pin = first_pin(group); pin < end_pin(group) && key < least; ++pin)
+            if (overlaps(pin_words(pin), rect)) least = key;
+    }
+    return least;
+}
+// The key of a vertex of a chunk, lowered to those of pins: SolidPins::lowered(). `stride` is its spacing in samples.
+float lowered(uint chunk, uint column, uint row, uint stride, bool is_centre, float key) {
+    if (!is_pinned(chunk)) return key;
+    const double step = header(chunk, 4u), reach = double((is_centre ? 3u : 2u) * stride) * step;
+    const dvec2 at = dvec2(header(chunk, 0u), header(chunk, 2u)) + step * dvec2(double(column), double(row));
+    return least_pin_key(dvec4(at - reach, at + reach), key);
+}
+
 // Own key of a vertex of an area
 float own_key_of(Area a, uint kind, uint square, float x, float y, float half_width, float unit, float base) {
     const uint words = vertex_words(a.chunk) + a.area * kAreaWords;
-    return own_key(x, y, over_eye(half_at(words + 96u + 32u * kind, square), unit, base),
-                   over_eye(half_at(words + 192u + 32u * kind, square), unit, base), half_width,
-                   upper_half_at(words + 32u * kind, square));
+    const float key = own_key(x, y, over_eye(half_at(words + 96u + 32u * kind, square), unit, base),
+                              over_eye(half_at(words + 192u + 32u * kind, square), unit, base), half_width,
+                              upper_half_at(words + 32u * kind, square));
+    const uint column = (a.area & 7u) * 16u + 2u * (square & 7u) + (kind == kAlongY ? 0u : 1u);
+    const uint row = (a.area >> 3) * 16u + 2u * (square >> 3) + (kind == kAlongX ? 0u : 1u);
+    return lowered(a.chunk, column, row, 1u, kind == kCentre, key);
+}
+// Inverse square of the bound of a midpoint on the eastern or northern side, and its own key
+float side_bound(uint chunk, uint side, uint along) {
+    return upper_half_at(vertex_words(chunk) + (side == kEast ? kEastWord : kNorthWord), along);
+}
+float own_side_key(uint chunk, uint side, uint along) {
+    const uint words = vertex_words(chunk) + (side == kEast ? kEastWord : kNorthWord);
+    const uint column = side == kEast ? 128u : 2u * along + 1u, row = side == kEast ? 2u * along + 1u : 128u;
+    const float unit = reach_unit(chunk), base = reach_base(chunk);
+    const float key = own_key(position_of(chunk, 0u, column), position_of(chunk, 1u, row),
+                              over_eye(half_at(words + 32u, along), unit, base),
+                              over_eye(half_at(words + 64u, along), unit, base), midpoint_width(chunk),
+                              side_bound(chunk, side, along));
+    return lowered(chunk, column, row, 1u, false, key);
 }
 
 // The key of a vertex, raised to its parents'; lists the area if the vertex is thereby held.

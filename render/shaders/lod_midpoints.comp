@@ -16,15 +16,9 @@ float fade_beside(uint chunk, bool is_chunk_side, uint side) {
     return is_open(other) ? max_of(own, fade_factor(other)) : own;
 }
 
-void find_side(Area a, uint side, uint i, float unit, float base) {
+void find_side(Area a, uint side, uint i) {
     const uint along = (side == kEast ? a.area >> 3 : a.area & 7u) * 8u + i;
-    const uint words = vertex_words(a.chunk) + (side == kEast ? kEastWord : kNorthWord);
-    const float x = position_of(a.chunk, 0u, side == kEast ? 128u : 2u * along + 1u);
-    const float y = position_of(a.chunk, 1u, side == kEast ? 2u * along + 1u : 128u);
-    const float own = own_key(x, y, over_eye(half_at(words + 32u, along), unit, base),
-                              over_eye(half_at(words + 64u, along), unit, base), midpoint_width(a.chunk),
-                              upper_half_at(words, along));
-    precise float faded = fade_factor(a.chunk) * own;
+    precise float faded = fade_factor(a.chunk) * own_side_key(a.chunk, side, along);
     const uint inside = side == kEast ? i * 8u + 7u : 56u + i;
     const float parent = is_at_border(a.chunk, side) ? key_of_area(a.slot, kCentre, inside) : kNever;
     keys[more_bases.x + a.chunk * 128u + (side == kNorth ? 64u : 0u) + along] = raised(a, faded, parent);
@@ -49,6 +43,6 @@ void main() {
     const float west = column == 0u ? centre_key(a, kWest, row * 8u + 7u) : key_of_area(a.slot, kCentre, square - 1u);
     keys[a.slot * kAreaKeys + 64u + square] = raised(a, along_x, max_of(own, south));
     keys[a.slot * kAreaKeys + 128u + square] = raised(a, along_y, max_of(own, west));
-    if (square < 8u && area_column == 7u && !is_open(neighbour_of(a.chunk, kEast))) find_side(a, kEast, square, unit, base);
-    if (square < 8u && area_row == 7u && !is_open(neighbour_of(a.chunk, kNorth))) find_side(a, kNorth, square, unit, base);
+    if (square < 8u && area_column == 7u && !is_open(neighbour_of(a.chunk, kEast))) find_side(a, kEast, square);
+    if (square < 8u && area_row == 7u && !is_open(neighbour_of(a.chunk, kNorth))) find_side(a, kNorth, square);
 }

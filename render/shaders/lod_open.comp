@@ -31,14 +31,23 @@ bool may_be_below(uint chunk, uint area) {
     return weighed > 0.0 && 0.999 * distance_squared / weighed < scalars.z * weighed;
 }
 
+// Whether a pin below the floor is within reach of an area's vertices: SolidPins::opens()
+bool is_area_pinned(uint chunk, uint area) {
+    if (!is_pinned(chunk)) return false;
+    const double step = header(chunk, 4u);
+    const dvec2 corner = dvec2(header(chunk, 0u), header(chunk, 2u)) + 16.0lf * step * dvec2(double(area & 7u), double(area >> 3));
+    return least_pin_key(dvec4(corner - 3.0lf * step, corner + 19.0lf * step), scalars.z) < scalars.z;
+}
+
 void main() {
     const uint chunk = gl_WorkGroupID.x, area = gl_LocalInvocationID.x;
     if (area < 2u) mask[area] = 0u;
     barrier();
     bool is_chunk_open = true;
     for (uint above = chunk; above != kNone; above = parent_of(above))
-        is_chunk_open = is_chunk_open && least_key(above) < scalars.z;
-    if (is_chunk_open && (is_root(chunk) || may_be_below(chunk, area))) atomicOr(mask[area >> 5], 1u << (area & 31u));
+        is_chunk_open = is_chunk_open && (least_key(above) < scalars.z || is_pinned(above));
+    if (is_chunk_open && (is_root(chunk) || may_be_below(chunk, area) || is_area_pinned(chunk, area)))
+        atomicOr(mask[area >> 5], 1u << (area & 31u));
     keys[more_bases.x + chunk * 128u + area] = kNever;
     keys[more_bases.x + chunk * 128u + 64u + area] = kNever;
     barrier();

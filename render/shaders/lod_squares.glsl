@@ -52,6 +52,32 @@ uint triangles_before(uint slot, uint square) {
     }
     return count;
 }
+// The pin of the triangles of an area that a drawn volume replaces; kNone if there are none. The flag of a chunk's volumes
+// says whether their triangles are in place (lod_in_place.comp), then whether they are drawn.
+uint drawn_pin(uint chunk, uint area) {
+    const uint group = group_of(chunk);
+    if (group == kNone || work[capacity.w + group] == 0u) return kNone;
+    for (uint pin = first_pin(group); pin < end_pin(group); ++pin)
+        if (area_of_pin(pin) == area) return pin;
+    return kNone;
+}
+// Replaced triangles of the squares before a square, of 64: all
+uint replaced_before(uint pin, uint square) {
+    if (pin == kNone) return 0u;
+    const uint low = square < 32u ? (1u << square) - 1u : kNone;
+    const uint high = square < 32u ? 0u : square < 64u ? (1u << (square - 32u)) - 1u : kNone;
+    uint count = 0u;
+    for (uint k = 0u; k < 8u; ++k)
+        count += bitCount(replaced_squares(pin, k, 0u) & low) + bitCount(replaced_squares(pin, k, 1u) & high);
+    return count;
+}
+// Bit k: triangle k of a square is replaced
+uint replaced_word(uint pin, uint square) {
+    if (pin == kNone) return 0u;
+    uint word = 0u;
+    for (uint k = 0u; k < 8u; ++k) word |= (replaced_squares(pin, k, square >> 5) >> (square & 31u) & 1u) << k;
+    return word;
+}
 // Whether the chunk below an area is absent. Chunks with a fade of 0 have an infinite key.
 bool is_child_absent(Area a) {
     const uint child = child_of(a.chunk, (a.area & 7u) / 4u + 2u * ((a.area >> 3) / 4u));
@@ -69,8 +95,8 @@ void write_triangle(inout uint at, uint a, uint b, uint c) {
     indices[at + 2u] = c;
     at += 3u;
 }
-// `side` is the number of samples in a row, `stride` the half side of the square in samples
-void write_square(uint word, uint centre, int side, int stride, uint at) {
+// `side` is the number of samples in a row, `stride` the half side of the square in samples, `replaced` as replaced_word()
+void write_square(uint word, uint replaced, uint centre, int side, int stride, uint at) {
     for (int k = 0; k < 4; ++k) {
         const int next = (k + 1) & 3;
         const uint begin = uint(int(centre) + stride * (kCorner[k].y * side + kCorner[k].x));
@@ -80,7 +106,8 @@ void write_square(uint word, uint centre, int side, int stride, uint at) {
             write_triangle(at, begin, end, centre);
             continue;
         }
-        if ((word >> (4 + k) & 1u) == 0u) write_triangle(at, begin, middle, centre);
-        if ((word >> (4 + next) & 1u) == 0u) write_triangle(at, middle, end, centre);
+        const uint divided = word >> 4, of_side = replaced >> (2 * k);
+        if ((divided >> k & 1u) == 0u && (of_side & 1u) == 0u) write_triangle(at, begin, middle, centre);
+        if ((divided >> next & 1u) == 0u && (of_side & 2u) == 0u) write_triangle(at, middle, end, centre);
     }
 }

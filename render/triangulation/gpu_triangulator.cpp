@@ -16,6 +16,7 @@
 #include "light/frame_uniforms.h"
 #include "lod/frame_mesh.h"
 #include "lod/screen_error.h"
+#include "lod/solid_selection.h"
 #include "triangulation/arithmetic_probe.h"
 #include "triangulation/device_chunks.h"
 #include "triangulation/device_mesh.h"
@@ -39,6 +40,7 @@ using internal::DeviceChunks;
 using internal::GlBuffer;
 using internal::GlProgram;
 using internal::ScreenError;
+using internal::SolidSelection;
 
 // Layouts of lod.glsl
 constexpr std::size_t kAreaCount = std::size_t{kChunkAreas} * kChunkAreas;
@@ -80,7 +82,8 @@ struct GpuTriangulator::State {
           lattice(ground.lattice()),
           settings(chosen),
           reaches(internal::make_reaches(ground)),
-          chunks(ground.lattice()) {}
+          chunks(ground.lattice()),
+          solids(chunks_of(ground)) {}
 
     const HeightSource* source;
     Lattice lattice;
@@ -90,9 +93,10 @@ struct GpuTriangulator::State {
     bool is_hosted = false;  // in a host's context
 
     GlProgram open, scan, list, coarse, coarse_trim, centres, midpoints, count_keys, pick, masks,
-        coarse_morph, morph, tally, coarse_mesh, sum, emit, slope, error_least, cell_candidates,
-        held_candidates, coarse_candidates, error, above;
+        coarse_morph, morph, in_place, tally, coarse_mesh, sum, emit, slope, error_least,
+        cell_candidates, held_candidates, coarse_candidates, error, above;
     DeviceChunks chunks;
+    SolidSelection solids;
     GlBuffer frame;
     DeviceArray state, work, keys, offsets, indices;
 
@@ -100,7 +104,7 @@ struct GpuTriangulator::State {
 
     // per frame
     FrameBlock block{};
-    std::vector<std::uint32_t> frame_words;
+    std::vector<std::uint32_t> frame_words, volume_words;
     std::vector<float> least;
     std::vector<internal::WeightedKey> others, sorted;  // keys of demands; in ascending order
     std::size_t area_capacity = 0;
@@ -118,6 +122,7 @@ struct GpuTriangulator::State {
 
     Result<void> compile();
     void find_least_keys(const ScreenError& screen);
+    void write_pins();
     Result<void> upload_frame(float floor);
     Result<void> lay_out(std::size_t wanted_areas);
     void fill_block(const ScreenError& screen, const View& view, float floor);
@@ -126,7 +131,10 @@ struct GpuTriangulator::State {
     static void run(const GlProgram& program, std::size_t groups);
     void run_indirect(const GlProgram& program, std::size_t word) const;
     void select();
-    void triangulate();
+    void activate_and_morph();
+    void find_in_place();
+    void decide_solids(const ScreenError& screen);
+    void write_mesh();
     void report(const ScreenError& screen, std::span<const std::uint32_t> words,
                 std::span<const TriangleDemand> demands);
 };
@@ -153,6 +161,7 @@ Result<void> GpuTriangulator::State::compile() {
                                                         lod_coarse_morph_comp}));
     TERRANE_TRY(morph,
                 make("lod_morph", {lod_glsl, lod_keys_glsl, lod_morph_glsl, lod_morph_comp}));
+    TERRANE_TRY(in_place, make("lod_in_place", {lod_glsl, lod_squares_glsl, lod_in_place_comp}));
     TERRANE_TRY(tally, make("lod_count", {lod_glsl, lod_squares_glsl, lod_count_comp}));
     TERRANE_TRY(coarse_mesh,
                 make("lod_coarse_mesh", {lod_glsl, lod_squares_glsl, lod_coarse_mesh_comp}));
@@ -193,13 +202,56 @@ void GpuTriangulator::State::find_least_keys(const ScreenError& screen) {
     }
 }
 
-// Uploads chunks that a floor may open, the keys and fades of all, and demands.
+// Appends the pins of volumes and the triangles that these replace: see pin_words() of lod.glsl.
+void GpuTriangulator::State::write_pins() {
+    using internal::SolidPins;
+    const auto write_word = [&](std::size_t word) {
+        frame_words.push_back(static_cast<std::uint32_t>(word));
+    };
+    const auto write_both = [&](std::uint64_t bits) {
+        write_word(bits & 0xffffffffu);
+        write_word(bits >> 32);
+    };
+    const auto write_rect = [&](const SolidPins::Rect& rect) {
+        for (const std::int64_t side : {rect.west, rect.south, rect.east, rect.north})
+            write_both(std::bit_cast<std::uint64_t>(static_cast<double>(side)));
+    };
+    const std::span<const SolidPins::Group> groups = solids.pins().groups();
+    const std::span<const SolidSelection::Replacement> replacements = solids.replacements();
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+        write_rect(groups[i].all);
+        write_word(groups[i].first);
+        write_word(groups[i].end);
+        write_word(bits_of(groups[i].key));
+        write_word(static_cast<std::size_t>(replacements[i].index));
+    }
+    for (std::size_t i = 0; i < groups.size(); ++i) {
+        for (std::size_t pin = groups[i].first; pin < groups[i].end; ++pin) {
+            const internal::ReplacedTriangles::OfArea& of_area =
+                replacements[i].triangles->areas[pin - groups[i].first];
+            write_rect(solids.pins().pins()[pin]);
+            write_word(i);
+            write_word(static_cast<std::size_t>(of_area.area));
+            for (const std::uint64_t squares : of_area.squares) write_both(squares);
+        }
+    }
+}
+
+// Uploads chunks that a floor may open, the keys and fades of all, demands, and pins of volumes.
 Result<void> GpuTriangulator::State::upload_frame(float floor) {
     const ResidentSet& resident = *chunks.resident();
+    const internal::SolidPins& pins = solids.pins();
     std::vector<std::size_t> wanted;
     std::size_t opened = 0;
+    volume_words.assign(least.size(), 0);
+    for (std::size_t number = 0; const auto& replacement : solids.replacements())
+        volume_words[static_cast<std::size_t>(replacement.index)] =
+            static_cast<std::uint32_t>(++number << 1);
     for (std::size_t i = 0; i < least.size(); ++i) {
-        if (!(least[i] < floor)) continue;
+        const bool is_pinned = (i < chunks.root_count() || resident.fade(i) > 0.0f) &&
+                               pins.opens(*resident.chunks()[i], floor);
+        volume_words[i] |= is_pinned ? 1u : 0u;
+        if (!(least[i] < floor) && !is_pinned) continue;
         ++opened;
         if (chunks.slot_of(i) == DeviceChunks::kNone) wanted.push_back(i);
     }
@@ -209,14 +261,15 @@ Result<void> GpuTriangulator::State::upload_frame(float floor) {
     for (std::size_t i = 0; i < least.size(); ++i) {
         const float fade = i < chunks.root_count() ? 1.0f : resident.fade(i);
         const float factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
-        for (const std::uint32_t word : {bits_of(least[i]), bits_of(factor), chunks.slot_of(i), 0u})
+        for (const std::uint32_t word :
+             {bits_of(least[i]), bits_of(factor), chunks.slot_of(i), volume_words[i]})
             frame_words.push_back(word);
     }
     // beyond the demand that ends the budget, none matters: sums of weights stay small
     sorted = others;
     std::ranges::sort(sorted, {}, &internal::WeightedKey::key);
-    const auto budget =
-        static_cast<std::uint32_t>(settings.triangle_budget - internal::root_triangles(lattice));
+    const auto budget = static_cast<std::uint32_t>(
+        settings.triangle_budget - internal::root_triangles(lattice) - solids.reserved_triangles());
     std::size_t weight = 0;
     std::uint32_t demand_count = 0;
     for (const internal::WeightedKey& demand : sorted) {
@@ -229,6 +282,7 @@ Result<void> GpuTriangulator::State::upload_frame(float floor) {
     }
     block.counts = {static_cast<std::uint32_t>(least.size()),
                     static_cast<std::uint32_t>(chunks.root_count()), budget, demand_count};
+    write_pins();
     uploaded += 4 * frame_words.size() + sizeof block;
     return chunks.write_frame(frame_words);
 }
@@ -245,7 +299,9 @@ Result<void> GpuTriangulator::State::lay_out(std::size_t wanted_areas) {
     const std::size_t counts = masks_at + 6 * areas, squares = counts + areas;
     const std::size_t candidates = squares + kSquareWords * areas;
     const std::size_t lists = candidates + kCandidateWords * kMostCandidates;
-    const std::size_t places = (lists + 2 * areas + kAlignment - 1) / kAlignment * kAlignment;
+    const std::size_t volume_flags = lists + 2 * areas;
+    const std::size_t places =
+        (volume_flags + solids.replacements().size() + kAlignment - 1) / kAlignment * kAlignment;
     const std::size_t place_words = kPlaceWords * (areas + roots);
     const std::size_t sides = kAreaKeys * areas, coarse_keys = sides + 128 * count;
     const std::size_t axes = coarse_keys + kCoarse * roots;
@@ -257,7 +313,7 @@ Result<void> GpuTriangulator::State::lay_out(std::size_t wanted_areas) {
     block.bases = {word(list_at), word(slots), word(masks_at), word(counts)};
     block.more_bases = {word(sides), word(coarse_keys), word(coarse_offsets), word(axes)};
     block.last_bases = {word(squares), word(candidates), word(lists), word(kMostCandidates)};
-    block.capacity = {word(areas), word(places), word(chunks.first_slot()), 0};
+    block.capacity = {word(areas), word(places), word(chunks.first_slot()), word(volume_flags)};
     device.places_byte = 4 * places;
     device.places_bytes = 4 * place_words;
     device.first_root_place = word(areas);
@@ -289,7 +345,8 @@ void GpuTriangulator::State::fill_block(const ScreenError& screen, const View& v
     constexpr float kWindow = 1.03f;  // the first window begins so far below the last threshold
     block.guess = {last_threshold > 0.0f ? last_threshold / kWindow : 0.0f, 0.0f, 0.0f, 0.0f};
     const auto finest = static_cast<std::uint32_t>(lattice.finest_level);
-    block.options = {finest + 1, morphs ? 1u : 0u, finest, 0};
+    const auto groups = static_cast<std::uint32_t>(solids.pins().groups().size());
+    block.options = {finest + 1, morphs ? 1u : 0u, finest, groups};
     block.level_first = chunks.level_first();
     device.morphs = morphs;
     for (std::size_t i = 0; i < reaches.centre.size(); ++i) {
@@ -352,17 +409,39 @@ void GpuTriangulator::State::select() {
     }
 }
 
-void GpuTriangulator::State::triangulate() {
-    const std::size_t root_count = chunks.root_count();
+void GpuTriangulator::State::activate_and_morph() {
     run_indirect(masks, kAllGroups);
-    if (block.options[1] != 0) {
-        run(slope, 1);
-        run(coarse_morph, root_count);
-        for (std::uint32_t level = 0; level < block.options[0]; ++level) {
-            glProgramUniform1ui(morph.name(), 0, level);
-            run_indirect(morph, kLevelGroups + 3 * level);
-        }
+    if (block.options[1] == 0) return;
+    run(slope, 1);
+    run(coarse_morph, chunks.root_count());
+    for (std::uint32_t level = 0; level < block.options[0]; ++level) {
+        glProgramUniform1ui(morph.name(), 0, level);
+        run_indirect(morph, kLevelGroups + 3 * level);
     }
+}
+
+// Sets the threshold, and the flags of volumes whose replaced triangles are in place. Waits for the device.
+void GpuTriangulator::State::find_in_place() {
+    const std::vector<std::uint32_t> flags(solids.replacements().size(), 1);
+    work.write(4 * std::size_t{block.capacity[3]}, flags.data(), 4 * flags.size());
+    run(in_place, solids.pins().pins().size());
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    threshold = state.read<float>(kThreshold, 1)[0];
+}
+
+// Decides which volumes are drawn, and tells the device, which leaves out the triangles that these replace.
+void GpuTriangulator::State::decide_solids(const ScreenError& screen) {
+    const std::span<SolidSelection::Replacement> replacements = solids.replacements();
+    const std::size_t first = block.capacity[3];
+    std::vector<std::uint32_t> flags = work.read<std::uint32_t>(first, replacements.size());
+    for (std::size_t i = 0; i < flags.size(); ++i) replacements[i].are_in_place = flags[i] != 0;
+    solids.decide(internal::Morph(settings.morph_ratio, threshold), threshold, screen);
+    for (std::size_t i = 0; i < flags.size(); ++i) flags[i] = replacements[i].is_drawn ? 1 : 0;
+    work.write(4 * first, flags.data(), 4 * flags.size());
+}
+
+void GpuTriangulator::State::write_mesh() {
+    const std::size_t root_count = chunks.root_count();
     run_indirect(tally, kAllGroups);
     glProgramUniform1i(coarse_mesh.name(), 0, 0);
     run(coarse_mesh, root_count);
@@ -381,7 +460,8 @@ void GpuTriangulator::State::triangulate() {
 // Reports error and status of the mesh.
 void GpuTriangulator::State::report(const ScreenError& screen, std::span<const std::uint32_t> words,
                                     std::span<const TriangleDemand> demands) {
-    mesh.triangle_count = words[kTriangles];
+    mesh.triangle_count = words[kTriangles] + solids.triangle_count();
+    mesh.solids = solids.drawn();
     area_count = words[kAreaTotal];
     const auto residual = [&](std::size_t i) {
         return static_cast<double>(std::bit_cast<float>(words[kResiduals + i]));
@@ -400,6 +480,9 @@ void GpuTriangulator::State::report(const ScreenError& screen, std::span<const s
     const internal::Morph of_frame(settings.morph_ratio, threshold);
     parts.fading = internal::fading_error(*chunks.resident(), reaches, screen, of_frame, threshold,
                                           [&](std::size_t index) { return least[index]; });
+    parts.left_out = solids.left_out_px();
+    parts.absent_solids = solids.absent_px();
+    parts.drawn_solids = solids.drawn_px();
     internal::report_error(screen, of_frame, threshold, settings.max_error_px,
                            source->is_certified(), parts, mesh);
     internal::grant_demands(demands, others, threshold, mesh);
@@ -442,9 +525,6 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     TERRANE_TRY(view.validate());
     s.uploaded = 0;
     s.mesh = {};  // for read(), should this fail
-    if (resident->has_solids()) {
-        return fail(ErrorCode::invalid_argument, "the GPU triangulator does not draw volumes yet");
-    }
     TERRANE_TRY(s.chunks.follow(std::move(resident)));
     s.mesh.resident = s.chunks.resident();
     if (!s.mesh.resident->has_roots()) {
@@ -456,24 +536,35 @@ Result<TerrainMesh> GpuTriangulator::update(std::shared_ptr<const ResidentSet> r
     s.clearance = internal::clearance_of(*s.source, view.eye_world);
     const ScreenError screen(view, *s.source, s.clearance);
     s.find_least_keys(screen);
-    const float target =
-        internal::target_key(screen, s.settings.morph_ratio, s.settings.max_error_px);
+    s.solids.begin(s.mesh.resident, screen, s.settings.max_error_px, s.settings.morph_ratio,
+                   s.settings.triangle_budget - internal::root_triangles(s.lattice));
+    const bool has_replacements = !s.solids.replacements().empty();
+    const float target = internal::target_key(screen, s.settings.morph_ratio,
+                                              s.settings.max_error_px - s.solids.allowed_px());
     internal::find_demand_keys(screen, others, s.others);
     float floor = internal::first_floor(screen, target, s.last_threshold);
-    // the triangles of a floor that was too low are in vain, but the frame waits for the device only once
+    const auto is_found = [&] { return s.threshold < floor || floor == target; };
+    // the triangles of a floor that was too low are in vain, but the frame waits for the device only once, or twice if
+    // volumes replace triangles
     std::vector<std::uint32_t> words;
     for (;;) {
         TERRANE_TRY(s.prepare(screen, view, floor));
         s.bind();
         s.timer.begin();
         s.select();
-        s.triangulate();
+        s.activate_and_morph();
+        if (has_replacements) {
+            s.find_in_place();
+            if (is_found()) s.decide_solids(screen);
+        }
+        s.write_mesh();
         s.timer.end();
         words = s.state.read<std::uint32_t>(0, kResiduals + 5);
         s.threshold = std::bit_cast<float>(words[kThreshold]);
-        if (s.threshold < floor || floor == target) break;
+        if (is_found()) break;
         floor = internal::next_floor(floor, target);
     }
+    if (!has_replacements) s.decide_solids(screen);
     s.last_threshold = s.threshold;
     s.report(screen, words, others);
     s.timer.collect();

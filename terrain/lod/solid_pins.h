@@ -51,9 +51,26 @@ public:
         pins_.clear();
         groups_.clear();
     }
-    /// Pins the replaced triangles of a chunk.
+    /// Pins the replaced triangles of a chunk: a group with a pin for each of its areas.
     void add(const Chunk& chunk, const ReplacedTriangles& replaced, float key);
     bool is_empty() const { return groups_.empty(); }
+
+    /// A rectangle of lattice points, edges included.
+    struct Rect {
+        std::int64_t west = 0, south = 0, east = 0, north = 0;
+        bool overlaps(const Rect& other) const {
+            return west <= other.east && east >= other.west && south <= other.north &&
+                   north >= other.south;
+        }
+    };
+    /// The pins of a chunk, which have one key.
+    struct Group {
+        Rect all;
+        std::size_t first = 0, end = 0;  ///< in pins()
+        float key = 0.0f;
+    };
+    std::span<const Group> groups() const { return groups_; }
+    std::span<const Rect> pins() const { return pins_; }
 
     /// Whether a chunk (or one of its areas) must be opened for a pin: whether any pin whose key is below `floor` is
     /// within reach of its vertices. Conservative.
@@ -69,19 +86,6 @@ public:
                   float key) const;
 
 private:
-    /// A rectangle of lattice points, edges included.
-    struct Rect {
-        std::int64_t west = 0, south = 0, east = 0, north = 0;
-        bool overlaps(const Rect& other) const {
-            return west <= other.east && east >= other.west && south <= other.north &&
-                   north >= other.south;
-        }
-    };
-    struct Group {
-        Rect all;
-        std::size_t first = 0, end = 0;  // of pins_
-        float key = 0.0f;
-    };
     static Rect around(LatticePoint point, std::int64_t half);
     static Rect reach_of(const Chunk& chunk);
     static Rect reach_of(const Chunk& chunk, int area);

@@ -60,7 +60,8 @@ double nearest_px_per_metre(const SolidTriangles& solid, double in_box, double a
     return px;
 }
 
-// Whether all replaced triangles of a chunk are in its mesh, with their corners at their final heights.
+}  // namespace
+
 bool are_in_place(const ReplacedTriangles& replaced, const OpenChunk& chunk, bool is_morphing) {
     for (const ReplacedTriangles::OfArea& of_area : replaced.areas) {
         const AreaBits bits = area_bits(chunk, of_area.area);
@@ -88,8 +89,6 @@ bool are_in_place(const ReplacedTriangles& replaced, const OpenChunk& chunk, boo
     }
     return true;
 }
-
-}  // namespace
 
 void SolidSelection::follow(const std::shared_ptr<const ResidentSet>& resident) {
     if (followed_ != nullptr && resident->has_same_chunks(*followed_)) {
@@ -190,6 +189,7 @@ void SolidSelection::begin(const std::shared_ptr<const ResidentSet>& resident,
                            std::size_t budget) {
     follow(resident);
     pins_.clear();
+    replacements_.clear();
     drawn_.clear();
     reserved_ = triangle_count_ = replaced_count_ = 0;
     allowed_px_ = drawn_px_ = left_out_px_ = absent_px_ = 0.0;
@@ -211,8 +211,9 @@ void SolidSelection::begin(const std::shared_ptr<const ResidentSet>& resident,
     // volumes whose omission costs kHiddenShare of the target are just in place at the target's threshold
     const double per_hidden_px = kPinMargin * 0.5 * (morph_ratio + 1.0) / kHiddenShare;
     for (const Solid& solid : solids_) {
-        if (!solid.is_wanted) continue;
+        if (!solid.replaces()) continue;
         pins_.add(*solid.chunk, *solid.replaced, screen.key_of(per_hidden_px * solid.hidden_px));
+        replacements_.push_back({solid.index, solid.replaced.get()});
     }
 }
 
@@ -298,22 +299,23 @@ double SolidSelection::drawn_error_px(const Solid& solid, const ScreenError& scr
     return px;
 }
 
-void SolidSelection::decide(const VertexKeys& keys, const Morph& morph, float threshold,
-                            const ScreenError& screen) {
+void SolidSelection::decide(const Morph& morph, float threshold, const ScreenError& screen) {
     const ResidentSet& resident = *followed_;
+    std::size_t number = 0;
     for (Solid& solid : solids_) {
         if (!solid.is_wanted) continue;
         solid.is_drawn = resident.fade(static_cast<std::size_t>(solid.index)) == 1.0f;
-        if (!solid.is_drawn || solid.replaced->count == 0) continue;
-        const OpenChunk* chunk = keys.find(solid.index);
-        solid.is_drawn = chunk != nullptr && are_in_place(*solid.replaced, *chunk, morph.is_on());
+        if (!solid.replaces()) continue;
+        solid.is_drawn = solid.is_drawn && replacements_[number].are_in_place;
+        ++number;
     }
     separate_corners();
+    number = 0;
     for (const Solid& solid : solids_) {
+        if (solid.replaces()) replacements_[number++].is_drawn = solid.is_drawn;
         if (solid.is_drawn) {
             draw(solid);
             drawn_px_ = std::max(drawn_px_, drawn_error_px(solid, screen, drawn_px_));
-            if (solid.replaced->count > 0) keys.find(solid.index)->replaced = solid.replaced.get();
             continue;
         }
         // Omitted because of the target or the budget if not wanted, or if a vertex with the same screen error would

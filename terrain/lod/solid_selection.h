@@ -47,10 +47,18 @@ public:
     /// smaller than the target by this.
     double allowed_px() const { return allowed_px_; }
 
-    /// Decides which volumes are drawn, and sets OpenChunk::replaced of their chunks. Requires mark_active() of all
-    /// open chunks and, with morphing, their offsets.
-    void decide(const VertexKeys& keys, const Morph& morph, float threshold,
-                const ScreenError& screen);
+    /// Volumes of a chunk that may be drawn, and that replace triangles of its heightfield.
+    struct Replacement {
+        std::int32_t index = 0;  ///< of the chunk, in the resident set
+        const ReplacedTriangles* triangles = nullptr;
+        bool are_in_place = false;  ///< see are_in_place(); to be set before decide()
+        bool is_drawn = false;      ///< set by decide()
+    };
+    /// In the order of the resident set, which is that of the groups of pins().
+    std::span<Replacement> replacements() { return replacements_; }
+
+    /// Decides which volumes are drawn.
+    void decide(const Morph& morph, float threshold, const ScreenError& screen);
 
     std::span<const MeshSolid> drawn() const { return drawn_; }
     std::size_t triangle_count() const { return triangle_count_; }
@@ -75,6 +83,7 @@ private:
         std::size_t level = 0;  // 0: the finest
         bool is_wanted = false;
         bool is_drawn = false;
+        bool replaces() const { return is_wanted && replaced->count > 0; }
     };
     struct AbsentExtent {
         ScreenError::WorldBox box;
@@ -96,9 +105,14 @@ private:
     std::vector<AbsentExtent> absent_;  // volumes over absent chunks
 
     SolidPins pins_;
+    std::vector<Replacement> replacements_;
     std::vector<MeshSolid> drawn_;
     std::size_t reserved_ = 0, triangle_count_ = 0, replaced_count_ = 0;
     double allowed_px_ = 0.0, drawn_px_ = 0.0, left_out_px_ = 0.0, absent_px_ = 0.0;
 };
+
+/// Whether all of a chunk's replaced triangles are in its mesh, with their corners at their final heights. Requires
+/// mark_active() of all open chunks and, with morphing, their offsets.
+bool are_in_place(const ReplacedTriangles& replaced, const OpenChunk& chunk, bool is_morphing);
 
 }  // namespace terrane::internal

@@ -79,6 +79,7 @@ struct Triangulator::State {
 
     void select(const ResidentSet& resident, const ScreenError& screen);
     void activate_and_morph(const Morph& morph);
+    void decide_solids(const ScreenError& screen, const Morph& morph);
     void emit(const ScreenError& screen, const Morph& morph);
     void report(const ScreenError& screen, const Morph& morph);
 };
@@ -119,6 +120,20 @@ void Triangulator::State::activate_and_morph(const Morph& morph) {
             morph.compute_offsets(*rest[i], keys.kernels(), quantum);
         });
         rest = rest.subspan(count);
+    }
+}
+
+// Decides which volumes are drawn, and which triangles they replace.
+void Triangulator::State::decide_solids(const ScreenError& screen, const Morph& morph) {
+    for (SolidSelection::Replacement& replacement : solids.replacements()) {
+        const OpenChunk* const chunk = keys.find(replacement.index);
+        replacement.are_in_place =
+            chunk != nullptr &&
+            internal::are_in_place(*replacement.triangles, *chunk, morph.is_on());
+    }
+    solids.decide(morph, threshold, screen);
+    for (const SolidSelection::Replacement& replacement : solids.replacements()) {
+        if (replacement.is_drawn) keys.find(replacement.index)->replaced = replacement.triangles;
     }
 }
 
@@ -246,7 +261,7 @@ TerrainMesh Triangulator::update(std::shared_ptr<const ResidentSet> resident, co
     state.select(*mesh.resident, screen);
     const Morph morph(state.settings.morph_ratio, state.threshold);
     state.activate_and_morph(morph);
-    state.solids.decide(state.keys, morph, state.threshold, screen);
+    state.decide_solids(screen, morph);
     state.emit(screen, morph);
     mesh.chunks = state.mesh_chunks;
     mesh.indices = {state.indices.get(), 3 * state.triangle_count};

@@ -3,6 +3,7 @@
 // Random scenes: the joined mesh is closed, on the right side, and near the surface.
 #include "support/grounds.h"
 #include "support/mesh_checks.h"
+#include "volume/volume_frames.h"
 #include "volume/volume_scenes.h"
 
 #include <terrane/terrain/mesh_buffers.h>
@@ -114,115 +115,6 @@ TEST(JoinedScenes, HaveVerticesNearTheSurface) {
 namespace terrane::frames_test {
 
 using namespace test;
-
-constexpr int kFinest = 3;
-
-Lattice small_lattice() { return Lattice{.finest_level = kFinest}; }
-
-std::shared_ptr<const HeightSource> random_hills(Random& random) {
-    const double amplitude = random.below(4) == 0 ? 0.01 : random.between(5.0, 40.0);
-    return std::make_shared<const WaveHeights>(small_lattice(), amplitude,
-                                               random.between(100.0, 500.0));
-}
-
-VolumeShape random_shape(Random& random) {
-    const double radius = random.between(1.5, 9.0);
-    switch (random.below(4)) {
-        case 0:
-            return VolumeSphere{radius};
-        case 1:
-            return VolumeCapsule{radius, random.between(0.0, 20.0)};
-        case 2: {
-            const double width = random.between(1.5, 12.0), height = random.between(1.5, 12.0);
-            return VolumeBox{{radius, width, height}};
-        }
-        default: {
-            VolumeTube tube{{}, radius};
-            Eigen::Vector3d at = Eigen::Vector3d::Zero();
-            for (int i = 2 + random.below(3); i > 0; --i) {
-                tube.path_shape.push_back(at);
-                const double length = random.between(5.0, 60.0);
-                at += length * random.direction();
-            }
-            return tube;
-        }
-    }
-}
-
-// Near the corner of four chunks: on the ground, tangential to it, under it.
-std::vector<VolumeOperation> random_operations(Random& random, const HeightSource& ground) {
-    std::vector<VolumeOperation> operations;
-    for (int i = 1 + random.below(4); i > 0; --i) {
-        VolumeOperation& made = operations.emplace_back();
-        made.voxel = 1.0;
-        made.op = random.below(4) == 0 ? VolumeOp::add : VolumeOp::remove;
-        made.shape = random_shape(random);
-        const double x = 512.0 + random.between(-40.0, 40.0);
-        const double y = 512.0 + random.between(-40.0, 40.0);
-        const double z = ground.height(x, y) + random.between(-20.0, 8.0);
-        made.world_from_shape.translation = {x, y, z};
-        if (random.below(2) == 0) made.world_from_shape.rotation = random.rotation();
-    }
-    return operations;
-}
-
-/// Chunks of a source, made when they are needed first.
-class Chunks {
-public:
-    explicit Chunks(const HeightSource& source) : source_(source) {}
-    std::shared_ptr<const Chunk> get(const ChunkKey& key) {
-        auto& chunk = made_[key];
-        if (!chunk) chunk = make_chunk(source_, key).value();
-        return chunk;
-    }
-
-private:
-    const HeightSource& source_;
-    std::map<ChunkKey, std::shared_ptr<const Chunk>> made_;
-};
-
-// The four chunks at the corner, their ancestors, and others; any of them may be absent or fading.
-std::shared_ptr<const ResidentSet> random_residents(Random& random, Chunks& chunks,
-                                                    const HeightSource& source) {
-    std::map<ChunkKey, float> fades;
-    const bool is_complete = random.below(3) == 0;
-    const auto add = [&](ChunkKey key) {
-        const float fade =
-            is_complete || random.below(3) != 0 ? 1.0f : static_cast<float>(random.below(5)) / 4.0f;
-        fades.try_emplace(key, fade);
-        while (key.level > 0) fades.try_emplace(key = key.parent(), 1.0f);
-    };
-    add({0, 0, 0});
-    for (const int y : {3, 4}) {
-        for (const int x : {3, 4}) {
-            if (is_complete || random.below(5) != 0) add({x, y, kFinest});
-        }
-    }
-    for (int i = random.below(6); i > 0; --i) {
-        add({2 + random.below(4), 2 + random.below(4), kFinest});
-    }
-    std::vector<std::shared_ptr<const Chunk>> resident;
-    std::vector<float> of_each;
-    for (const auto& [key, fade] : fades) {
-        resident.push_back(chunks.get(key));
-        of_each.push_back(fade);
-    }
-    return std::make_shared<const ResidentSet>(source.lattice(), source.extent(),
-                                               std::move(resident), of_each, 1);
-}
-
-View random_view(Random& random, double distance) {
-    for (;;) {
-        const Eigen::Vector3d target(512.0 + random.between(-30.0, 30.0),
-                                     512.0 + random.between(-30.0, 30.0),
-                                     random.between(-30.0, 30.0));
-        Eigen::Vector3d away = random.direction();
-        away.z() = random.below(3) == 0 ? away.z() : std::abs(away.z());
-        const auto view = look_at(target + distance * away, target, random.between(0.3, 1.8),
-                                  100 + random.below(1200), 100 + random.below(900));
-        if (view) return *view;
-    }
-}
 
 bool is_visible(const View& view, const Eigen::Vector3d& p) {
     for (const Eigen::Vector3d& normal : make_frustum(view).normals) {

@@ -101,8 +101,8 @@ public:
     /// changed then.
     Result<void> set_triangulator(const TriangulatorSettings& settings);
 
-    /// Makes the meshes of the following frames on a device. A frame for which that fails, as with volumes, is made by
-    /// the CPU: see FrameRecord::is_from_device.
+    /// Makes the meshes of the following frames on a device. A frame for which that fails is made by the CPU: see
+    /// FrameRecord::is_from_device.
     ///
     /// @param device with the settings of the maker; must outlive the frames; null: the CPU
     void set_device(GpuTriangulator* device) { device_ = device; }

@@ -31,12 +31,12 @@ public:
     ~GpuTriangulator();
 
     /// Computes the mesh of a view over the resident chunks. It has no chunks and indices: its triangles are on the
-    /// device (TerrainMesh::device), where TerrainRenderer draws them. Valid until the next call.
+    /// device (TerrainMesh::device), where TerrainRenderer draws them. Those of volumes are in its
+    /// `solids`, as Triangulator::update() makes them. Valid until the next call.
     ///
     /// @param others as for Triangulator::update()
     ///
-    /// Fails:   invalid_argument for an invalid view, and for resident chunks with volumes; device_unavailable if the
-    ///          device's memory does not suffice
+    /// Fails:   invalid_argument for an invalid view; device_unavailable if the device's memory does not suffice
     /// Threads: only the one on which the context is current
     Result<TerrainMesh> update(std::shared_ptr<const ResidentSet> resident, const View& view,
                                std::span<const TriangleDemand> others = {});
