@@ -30,6 +30,7 @@ class TerraneRecipe(ConanFile):
         if self.needs_store():
             self.requires("zstd/1.5.6")
             self.requires("xxhash/0.8.2")
+            self.requires("nlohmann_json/3.11.2")
         if self.options.dem:
             self.requires("gdal/3.8.3")
         if self.options.volume:

@@ -129,27 +129,33 @@ Result<void> SquareCache::read_run(const SamplePacking& packing, std::int64_t co
 
 Result<std::shared_ptr<const SquareCache::Square>> SquareCache::square(int square_x,
                                                                        int square_y) const {
-    const std::int64_t name = (static_cast<std::int64_t>(square_y) << 32) | square_x;
-    {
-        const std::lock_guard lock(mutex_);
-        if (const auto found = squares_.find(name); found != squares_.end()) {
-            recent_.splice(recent_.begin(), recent_, found->second.place);
-            return found->second.square;
-        }
-    }
+    if (auto found = find(square_x, square_y)) return found;
     TERRANE_TRY(auto loaded, load_(square_x, square_y));
+    return add(square_x, square_y, std::move(loaded));
+}
+
+std::shared_ptr<const SquareCache::Square> SquareCache::find(int square_x, int square_y) const {
     const std::lock_guard lock(mutex_);
-    // If another thread has loaded the square meanwhile, its result is kept.
+    const auto found = squares_.find(name_of(square_x, square_y));
+    if (found == squares_.end()) return nullptr;
+    recent_.splice(recent_.begin(), recent_, found->second.place);
+    return found->second.square;
+}
+
+std::shared_ptr<const SquareCache::Square> SquareCache::add(
+    int square_x, int square_y, std::shared_ptr<const Square> square) const {
+    const std::int64_t name = name_of(square_x, square_y);
+    const std::lock_guard lock(mutex_);
     if (const auto found = squares_.find(name); found != squares_.end()) {
         return found->second.square;
     }
     recent_.push_front(name);
-    squares_.emplace(name, Cached{loaded, recent_.begin()});
+    squares_.emplace(name, Cached{square, recent_.begin()});
     while (squares_.size() > most_squares_) {
         squares_.erase(recent_.back());
         recent_.pop_back();
     }
-    return loaded;
+    return square;
 }
 
 }  // namespace terrane::internal

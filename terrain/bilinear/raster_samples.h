@@ -98,6 +98,12 @@ public:
     SquareCache(int columns, int side, std::size_t most_squares, Load load)
         : columns_(columns), side_(side), most_squares_(most_squares), load_(std::move(load)) {}
 
+    /// A square that the cache holds; null if it does not.
+    std::shared_ptr<const Square> find(int square_x, int square_y) const;
+    /// Adds a square, or returns the one that another thread has added meanwhile.
+    std::shared_ptr<const Square> add(int square_x, int square_y,
+                                      std::shared_ptr<const Square> square) const;
+
     /// As ReadRun.
     Result<void> read_run(const SamplePacking& packing, std::int64_t column, std::int64_t row,
                           int count, double* out) const;
@@ -107,6 +113,9 @@ private:
         std::shared_ptr<const Square> square;
         std::list<std::int64_t>::iterator place;
     };
+    static std::int64_t name_of(int square_x, int square_y) {
+        return (static_cast<std::int64_t>(square_y) << 32) | square_x;
+    }
     Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
 
     int columns_, side_;

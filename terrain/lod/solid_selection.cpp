@@ -191,7 +191,7 @@ void SolidSelection::begin(const std::shared_ptr<const ResidentSet>& resident,
     pins_.clear();
     replacements_.clear();
     drawn_.clear();
-    reserved_ = triangle_count_ = replaced_count_ = 0;
+    reserved_ = triangle_count_ = 0;
     allowed_px_ = drawn_px_ = left_out_px_ = absent_px_ = 0.0;
     for (const AbsentExtent& absent : absent_) {
         absent_px_ = std::max(absent_px_, screen.error_in_view(absent.box, absent.error_m));
@@ -280,7 +280,6 @@ void SolidSelection::draw(const Solid& solid) {
         made.caps[side] = triangles.caps[side];
     }
     triangle_count_ += made.triangle_count();
-    replaced_count_ += solid.replaced->count;
     drawn_.push_back(made);
 }
 

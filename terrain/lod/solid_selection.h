@@ -63,7 +63,6 @@ public:
     std::span<const MeshSolid> drawn() const { return drawn_; }
     std::size_t triangle_count() const { return triangle_count_; }
     /// Triangles of the heightfield that drawn volumes replace.
-    std::size_t replaced_count() const { return replaced_count_; }
 
     /// Bounds of the screen error, pixels: of drawn volumes; of volumes that are omitted because of the target or the
     /// budget; of volumes that are omitted because chunks are absent or fading.
@@ -107,7 +106,7 @@ private:
     SolidPins pins_;
     std::vector<Replacement> replacements_;
     std::vector<MeshSolid> drawn_;
-    std::size_t reserved_ = 0, triangle_count_ = 0, replaced_count_ = 0;
+    std::size_t reserved_ = 0, triangle_count_ = 0;
     double allowed_px_ = 0.0, drawn_px_ = 0.0, left_out_px_ = 0.0, absent_px_ = 0.0;
 };
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
+#include "bake.h"
+
 #include "bilinear/fine_surface.h"
 #include "bilinear/raster_samples.h"
-#include "store_format.h"
 
-#include <terrane/store/chunk_store.h>
 #include <terrane/terrain/chunk.h>
-#include <terrane/terrain/height_source.h>
 
 #include <algorithm>
 #include <atomic>
@@ -18,64 +17,6 @@
 #include <vector>
 
 namespace terrane::internal {
-
-/// A world that consists of part of another source's world: its coarser levels, a region, or both. Positions, heights
-/// and bounds are the other source's.
-class PartHeights final : public HeightSource {
-public:
-    /// @param base        must outlive the part
-    /// @param level_count levels from the root squares down; 0: all
-    /// @param region      metres, extended to whole root squares of the part; absent: the whole world
-    ///
-    /// Fails: invalid_argument if the base has fewer levels, or the region is empty or outside the world
-    static Result<std::unique_ptr<const PartHeights>> create(
-        const HeightSource& base, int level_count, const std::optional<WorldRect>& region);
-
-    double height(double x, double y) const override { return base_.height(x, y); }
-    Result<void> sample(const SampleGrid& grid, std::span<double> heights_out) const override {
-        return base_.sample(widen(grid), heights_out);
-    }
-    Result<void> vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        return base_.vertex_bounds(widen(grid), bounds_out);
-    }
-    Result<void> cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const override {
-        return base_.cell_bounds(widen(grid), bounds_out);
-    }
-    Result<void> mesh_bounds(const SampleGrid& grid, std::span<float> vertex_bounds_out,
-                             std::span<float> cell_bounds_out) const override {
-        return base_.mesh_bounds(widen(grid), vertex_bounds_out, cell_bounds_out);
-    }
-    Result<void> cell_flags(const SampleGrid& grid,
-                            std::span<std::uint8_t> flags_out) const override {
-        return base_.cell_flags(widen(grid), flags_out);
-    }
-    HeightInterval interval(const WorldRect& rect) const override { return base_.interval(rect); }
-    double rise_bound(double distance) const override { return base_.rise_bound(distance); }
-
-    /// The surface of the base's raster. Null if the base has none, or if part and base number lattice points
-    /// differently.
-    const FineSurface* raster_surface() const {
-        const auto* bilinear = dynamic_cast<const BilinearSource*>(&base_);
-        return bilinear != nullptr && shift_ == 0 ? bilinear->bilinear_surface() : nullptr;
-    }
-
-private:
-    PartHeights(const HeightSource& base, const Lattice& lattice, const WorldRect& extent,
-                int shift)
-        : HeightSource(lattice, extent), base_(base), shift_(shift) {}
-    /// Converts a grid from units of the part's finest spacing to units of the base's finest spacing.
-    SampleGrid widen(const SampleGrid& grid) const {
-        const std::int64_t factor = std::int64_t{1} << shift_;
-        return {{grid.corner.x * factor, grid.corner.y * factor},
-                grid.step * factor,
-                grid.columns,
-                grid.rows};
-    }
-
-    const HeightSource& base_;
-    int shift_ = 0;  ///< number of the base's levels that are finer than the part's finest
-};
-
 namespace {
 
 /// Chunk indices along one axis, `end` excluded. chunks_over() finds those over [low, high], clipped to the world.
@@ -149,24 +90,10 @@ Result<std::unique_ptr<const PartHeights>> PartHeights::create(
     return std::unique_ptr<const PartHeights>(new PartHeights(base, lattice, extent, shift));
 }
 
-}  // namespace terrane::internal
-
 // Chunks are made in batches by any number of threads and written in the order of the directory, so that the file does
 // not depend on the number of threads.
 
-namespace terrane {
 namespace {
-
-using namespace internal;
-
-/// An encoded chunk and its contributions to the directory.
-struct Baked {
-    std::vector<std::uint8_t> stored;
-    ChunkRecord record;
-    double max_error_m = 0.0;  ///< finest level only: largest error over ground
-    double steepest = 0.0;     ///< finest level only: square of the triangles' steepest slope
-    std::optional<Error> error;
-};
 
 /// Square of the steepest slope of a chunk's triangles, each of which has one side along x and one along y.
 double steepest_of(const Chunk& chunk, const Lattice& lattice) {
@@ -193,9 +120,13 @@ double steepest_of(const Chunk& chunk, const Lattice& lattice) {
     return steepest * unit * unit;
 }
 
-Baked bake_chunk(const HeightSource& source, const ChunkKey& key, ChunkContent kept) {
+}  // namespace
+
+Baked bake_chunk(const Bakeable& bakeable, const ChunkKey& key) {
     Baked baked;
+    const PartHeights& source = *bakeable.source;
     const Lattice& lattice = source.lattice();
+    const ChunkContent kept = content_of(lattice, bakeable.world.raster, key.level);
     // If bounds of vertices are not stored, they need not be computed, which takes longer than all else.
     const auto chunk =
         kept == ChunkContent::flags
@@ -230,17 +161,47 @@ Baked bake_chunk(const HeightSource& source, const ChunkKey& key, ChunkContent k
     return baked;
 }
 
-/// Calls work(i) for i from 0 to count - 1 on several threads.
-template <typename Work>
-void on_threads(int worker_count, std::size_t count, Work&& work) {
-    std::atomic<std::size_t> next{0};
-    const auto run = [&] {
-        for (std::size_t i = next++; i < count; i = next++) work(i);
-    };
-    std::vector<std::jthread> helpers;
-    while (static_cast<int>(helpers.size()) + 1 < worker_count) helpers.emplace_back(run);
-    run();
+namespace {
+
+/// Makes items on several threads, and hands them over in order on this one.
+///
+/// @param begin Result<void>(double share), before each batch
+/// @param make  Item(std::size_t index)
+/// @param take  Result<void>(Item&)
+template <class Item, class Begin, class Make, class Take>
+Result<void> in_batches(int worker_count, std::size_t count, const Begin& begin, const Make& make,
+                        const Take& take) {
+    std::vector<Item> batch;
+    for (std::size_t first = 0; first < count; first += batch.size()) {
+        TERRANE_TRY(begin(static_cast<double>(first) / static_cast<double>(count)));
+        batch.assign(
+            std::min<std::size_t>(8 * static_cast<std::size_t>(worker_count), count - first), {});
+        {
+            std::atomic<std::size_t> next{0};
+            const auto run = [&] {
+                for (std::size_t i = next++; i < batch.size(); i = next++)
+                    batch[i] = make(first + i);
+            };
+            std::vector<std::jthread> helpers;
+            while (static_cast<int>(helpers.size()) + 1 < worker_count) helpers.emplace_back(run);
+            run();
+        }
+        for (Item& item : batch) {
+            if (item.error) return tl::unexpected(*item.error);
+            TERRANE_TRY(take(item));
+        }
+    }
+    return {};
 }
+
+}  // namespace
+
+int worker_count_of(const BakeSettings& settings) {
+    if (settings.worker_count > 0) return settings.worker_count;
+    return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 64);
+}
+
+namespace {
 
 /// The raster of a source whose finest levels are computed from its samples, without the squares' records; absent if
 /// the source has none, or no level is computed.
@@ -257,41 +218,23 @@ std::optional<StoredRaster> raster_of(const PartHeights& source) {
     for (const double distance : rise_distances(lattice)) {
         raster.rises.push_back(source.rise_bound(distance));
     }
-    // Bounds depend on points within three steps around a chunk and its margin, and on kBoundsMargin samples more.
-    const BilinearGrid& grid = raster.grid;
-    const std::int64_t margin = kFineCells * (3 + kReachCells) * grid.base_step();
-    const auto squares = [](SamplePlace first, SamplePlace last, int samples, int& first_out,
-                            int& count_out) {
-        const auto square_of = [samples](std::int64_t index) {
-            return static_cast<int>(std::clamp<std::int64_t>(index, 0, samples - 1) /
-                                    StoredRaster::kSquareSide);
-        };
-        first_out = square_of(first.index - kBoundsMargin);
-        count_out = square_of(last.index + 2 + kBoundsMargin) - first_out + 1;
-    };
-    squares(grid.column_at_index(lattice.west() - margin),
-            grid.column_at_index(lattice.east() + margin), grid.columns, raster.first_column,
-            raster.column_count);
-    squares(grid.row_at_index(lattice.south() - margin),
-            grid.row_at_index(lattice.north() + margin), grid.rows, raster.first_row,
-            raster.row_count);
+    raster.squares =
+        squares_around(raster.grid, {lattice.west(), lattice.south()},
+                       {lattice.east(), lattice.north()}, kFineCells * raster.grid.base_step());
     return raster;
 }
 
-/// An encoded square of a raster.
-struct BakedSquare {
-    std::vector<std::uint8_t> stored;
-    ContentHash hash;
-    std::optional<Error> error;
-};
+}  // namespace
 
-BakedSquare bake_square(const RasterSamples& samples, const StoredRaster& raster, int x, int y) {
+BakedSquare bake_square(const Bakeable& bakeable, const SquareKey& key) {
     BakedSquare baked;
-    const int columns = raster.columns_of(x), rows = raster.rows_of(y);
+    const RasterSamples& samples = bakeable.source->raster_surface()->samples();
+    const StoredRaster& raster = *bakeable.world.raster;
+    const int columns = raster.columns_of(key.x), rows = raster.rows_of(key.y);
     std::vector<double> heights(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
     const auto read =
-        samples.read(std::int64_t{x} * StoredRaster::kSquareSide,
-                     std::int64_t{y} * StoredRaster::kSquareSide, columns, rows, heights);
+        samples.read(std::int64_t{key.x} * StoredRaster::kSquareSide,
+                     std::int64_t{key.y} * StoredRaster::kSquareSide, columns, rows, heights);
     if (!read) {
         baked.error = read.error();
         return baked;
@@ -304,30 +247,38 @@ BakedSquare bake_square(const RasterSamples& samples, const StoredRaster& raster
     return baked;
 }
 
-/// Writes the squares of a raster in batches, and adds their records.
-Result<void> bake_squares(const RasterSamples& samples, int worker_count, SealedWriter& file,
-                          StoredRaster& raster) {
-    const std::size_t count =
-        static_cast<std::size_t>(raster.column_count) * static_cast<std::size_t>(raster.row_count);
-    std::vector<BakedSquare> batch;
-    while (raster.squares.size() < count) {
-        const std::size_t first = raster.squares.size();
-        batch.assign(
-            std::min<std::size_t>(8 * static_cast<std::size_t>(worker_count), count - first), {});
-        on_threads(worker_count, batch.size(), [&](std::size_t i) {
-            const auto at = static_cast<int>(first + i);
-            batch[i] = bake_square(samples, raster, raster.first_column + at % raster.column_count,
-                                   raster.first_row + at / raster.column_count);
-        });
-        for (const BakedSquare& square : batch) {
-            if (square.error) return tl::unexpected(*square.error);
-            TERRANE_TRY(const auto offset, file.append(square.stored));
-            raster.squares.push_back(
-                {offset, static_cast<std::uint32_t>(square.stored.size()), square.hash});
-        }
-    }
-    return {};
+Result<Extremes> bake_chunks(const Bakeable& bakeable, int worker_count, std::size_t count,
+                             const std::function<ChunkKey(std::size_t)>& key_at,
+                             const std::function<Result<void>(double)>& begin, SealedWriter& file,
+                             std::vector<ChunkRecord>& records_out) {
+    Extremes extremes;
+    const auto make = [&](std::size_t i) { return bake_chunk(bakeable, key_at(i)); };
+    const auto take = [&](Baked& baked) -> Result<void> {
+        TERRANE_TRY(baked.record.offset, file.append(baked.stored));
+        records_out.push_back(baked.record);
+        extremes.max_error_m = std::max(extremes.max_error_m, baked.max_error_m);
+        extremes.steepest = std::max(extremes.steepest, baked.steepest);
+        return {};
+    };
+    TERRANE_TRY(in_batches<Baked>(worker_count, count, begin, make, take));
+    return extremes;
 }
+
+Result<void> bake_squares(const Bakeable& bakeable, int worker_count, std::size_t count,
+                          const std::function<SquareKey(std::size_t)>& key_at, SealedWriter& file,
+                          std::vector<StoredRecord>& records_out) {
+    const auto make = [&](std::size_t i) { return bake_square(bakeable, key_at(i)); };
+    const auto take = [&](BakedSquare& square) -> Result<void> {
+        TERRANE_TRY(const auto offset, file.append(square.stored));
+        records_out.push_back(
+            {offset, static_cast<std::uint32_t>(square.stored.size()), square.hash});
+        return {};
+    };
+    const auto begin = [](double) -> Result<void> { return {}; };
+    return in_batches<BakedSquare>(worker_count, count, begin, make, take);
+}
+
+namespace {
 
 Result<void> check_settings(const BakeSettings& settings) {
     constexpr int kMostWorkers = 256;
@@ -342,77 +293,79 @@ Result<void> check_settings(const BakeSettings& settings) {
     return {};
 }
 
-/// Computes StoreDirectory::rises: bounds for the baked surface and, up to a distance of one spacing, also for the
-/// finest triangles, whose slope may be up to 1.41 times that of the surface.
-std::vector<double> find_rises(const HeightSource& source, double steepest) {
-    std::vector<double> rises;
+}  // namespace
+
+std::vector<double> find_rises(const Lattice& lattice, std::vector<double> rises, double steepest) {
     const double slope = std::sqrt(steepest) * (1.0 + 1e-12);
-    for (const double distance : rise_distances(source.lattice())) {
-        const double of_triangles = slope * std::min(distance, source.lattice().spacing);
-        rises.push_back(std::max(source.rise_bound(distance), of_triangles));
+    const std::vector<double> distances = rise_distances(lattice);
+    for (std::size_t i = 0; i < rises.size(); ++i) {
+        rises[i] = std::max(rises[i], slope * std::min(distances[i], lattice.spacing));
     }
     return rises;
 }
 
-}  // namespace
-
-Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string& path,
-                                   const BakeSettings& settings) {
+Result<Bakeable> begin_bake(const HeightSource& whole, const std::string& path,
+                            const BakeSettings& settings) {
     TERRANE_TRY(check_settings(settings));
     if (!whole.is_certified()) {
         return fail(ErrorCode::invalid_argument,
                     "cannot bake \"" + path +
                         "\": a store holds certified bounds, and the source has estimates");
     }
-    TERRANE_TRY(const auto part, PartHeights::create(whole, settings.level_count, settings.region));
-    const PartHeights& source = *part;
-    const std::int64_t count = count_chunks(source.lattice());
+    Bakeable bakeable;
+    TERRANE_TRY(bakeable.source, PartHeights::create(whole, settings.level_count, settings.region));
+    StoreWorld& world = bakeable.world;
+    world.lattice = bakeable.source->lattice();
+    world.extent = bakeable.source->extent();
+    world.note = settings.note;
+    world.raster = raster_of(*bakeable.source);
+    for (const double distance : rise_distances(world.lattice)) {
+        world.rises.push_back(bakeable.source->rise_bound(distance));
+    }
+    return bakeable;
+}
+
+}  // namespace terrane::internal
+
+namespace terrane {
+
+using namespace internal;
+
+Result<StoreInfo> ChunkStore::bake(const HeightSource& whole, const std::string& path,
+                                   const BakeSettings& settings) {
+    TERRANE_TRY(auto bakeable, begin_bake(whole, path, settings));
+    const Lattice& lattice = bakeable.source->lattice();
+    const std::int64_t count = count_chunks(lattice);
     if (count > kMostChunks) {
         return fail(ErrorCode::invalid_argument,
-                    "a store holds at most 67108864 chunks; " +
-                        std::to_string(source.lattice().finest_level + 1) + " levels of " +
-                        std::to_string(source.lattice().root_count_x) + " x " +
-                        std::to_string(source.lattice().root_count_y) + " root squares have more");
+                    "a store in one file holds at most 67108864 chunks; " +
+                        std::to_string(lattice.finest_level + 1) + " levels of " +
+                        std::to_string(lattice.root_count_x) + " x " +
+                        std::to_string(lattice.root_count_y) + " root squares have more");
     }
     TERRANE_TRY(auto file, SealedWriter::create(path, kStoreKind));
-
     StoreDirectory directory;
-    directory.lattice = source.lattice();
-    directory.extent = source.extent();
-    directory.note = settings.note;
-    directory.raster = raster_of(source);
-    const int worker_count =
-        settings.worker_count > 0
-            ? settings.worker_count
-            : std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 64);
-    double steepest = 0.0;
-    std::vector<Baked> batch;
-    for (std::int64_t first = 0; first < count; first += static_cast<std::int64_t>(batch.size())) {
-        const double share = static_cast<double>(first) / static_cast<double>(count);
-        if (settings.progress && !settings.progress(share)) {
-            return fail(ErrorCode::cancelled, "the store \"" + path + "\" was given up");
-        }
-        batch.assign(
-            static_cast<std::size_t>(std::min<std::int64_t>(8 * worker_count, count - first)), {});
-        on_threads(worker_count, batch.size(), [&](std::size_t i) {
-            const ChunkKey key = key_at(source.lattice(), first + static_cast<std::int64_t>(i));
-            batch[i] =
-                bake_chunk(source, key, content_of(source.lattice(), directory.raster, key.level));
-        });
-        for (Baked& baked : batch) {
-            if (baked.error) return tl::unexpected(*baked.error);
-            TERRANE_TRY(const auto offset, file.append(baked.stored));
-            baked.record.offset = offset;
-            directory.chunks.push_back(baked.record);
-            directory.max_error_m = std::max(directory.max_error_m, baked.max_error_m);
-            steepest = std::max(steepest, baked.steepest);
-        }
+    const int worker_count = worker_count_of(settings);
+    const auto begin = [&](double share) -> Result<void> {
+        if (!settings.progress || settings.progress(share)) return {};
+        return fail(ErrorCode::cancelled, "the store \"" + path + "\" was given up");
+    };
+    const auto chunk_at = [&](std::size_t i) {
+        return key_at(lattice, static_cast<std::int64_t>(i));
+    };
+    TERRANE_TRY(const Extremes extremes,
+                bake_chunks(bakeable, worker_count, static_cast<std::size_t>(count), chunk_at,
+                            begin, file, directory.chunks));
+    if (bakeable.world.raster) {
+        const SquareRange& squares = bakeable.world.raster->squares;
+        TERRANE_TRY(bake_squares(
+            bakeable, worker_count, squares.count(),
+            [&](std::size_t i) { return squares.key_at(i); }, file, directory.squares));
     }
-    if (directory.raster) {
-        TERRANE_TRY(bake_squares(source.raster_surface()->samples(), worker_count, file,
-                                 *directory.raster));
-    }
-    directory.rises = find_rises(source, steepest);
+    StoreWorld& world = directory;
+    world = std::move(bakeable.world);
+    world.max_error_m = extremes.max_error_m;
+    world.rises = find_rises(world.lattice, std::move(world.rises), extremes.steepest);
     TERRANE_TRY(file.commit(encode(directory)));
     return StoreInfo{count, file.bytes(), directory.max_error_m, sha_of(directory), settings.note};
 }

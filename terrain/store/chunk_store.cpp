@@ -3,6 +3,7 @@
 #include "bilinear/raster_samples.h"
 #include "chunk/chunk_vertices.h"
 #include "store_format.h"
+#include "store_records.h"
 
 #include <terrane/base/result.h>
 #include <terrane/store/chunk_store.h>
@@ -15,6 +16,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -29,18 +31,6 @@
 namespace terrane::internal {
 namespace {
 
-/// The range of heights of a store.
-HeightInterval range_of(const StoreDirectory& directory) {
-    HeightInterval range = directory.chunks.front().heights;
-    const std::size_t roots = static_cast<std::size_t>(directory.lattice.root_count_x) *
-                              static_cast<std::size_t>(directory.lattice.root_count_y);
-    for (std::size_t i = 0; i < roots; ++i) {
-        const HeightInterval& of_root = directory.chunks[i].heights;
-        range = {std::min(range.low, of_root.low), std::max(range.high, of_root.high)};
-    }
-    return range;
-}
-
 /// The stored rise bound of the shortest of rise_distances() that is not below a distance; absent if all are.
 std::optional<double> rise_at(const std::vector<double>& rises,
                               const std::vector<double>& distances, double distance) {
@@ -54,23 +44,29 @@ std::optional<double> rise_at(const std::vector<double>& rises,
 /// The samples of a store's raster. Threads: any number at once.
 class StoredSamples final : public RasterSamples {
 public:
-    /// @param file, raster must outlive the samples
-    StoredSamples(const SealedReader& file, const StoredRaster& raster)
-        : file_(file),
-          raster_(raster),
-          squares_(raster.grid.columns, StoredRaster::kSquareSide, kMostSquares,
+    /// @param records must outlive the samples
+    explicit StoredSamples(const StoreRecords& records)
+        : records_(records),
+          raster_(*records.world().raster),
+          squares_(raster_.grid.columns, StoredRaster::kSquareSide,
+                   records.is_slow() ? kMostSlowSquares : kMostSquares,
                    [this](int x, int y) { return read_square(x, y); }) {}
 
     const SamplePacking& packing() const override { return raster_.packing; }
     double rounding() const override { return raster_.rounding; }
     Result<void> read(std::int64_t column, std::int64_t row, int columns, int rows,
                       std::span<double> heights_out) const override;
+    /// Reads the squares that make_chunk() needs for a chunk, all at the same time. Fails: as StoreRecords::squares()
+    Result<void> prefetch(const ChunkKey& key, const std::stop_token& stop) const;
 
 private:
-    static constexpr std::size_t kMostSquares = 128;  ///< 8 MiB
-    Result<std::shared_ptr<const SquareCache::Square>> read_square(int x, int y) const;
+    using Square = std::shared_ptr<const SquareCache::Square>;
+    static constexpr std::size_t kMostSquares = 128;      ///< 8 MiB
+    static constexpr std::size_t kMostSlowSquares = 512;  ///< 32 MiB
+    Result<Square> read_square(int x, int y) const;
+    Result<Square> decode(const SquareKey& key, const RecordContent& content) const;
 
-    const SealedReader& file_;
+    const StoreRecords& records_;
     const StoredRaster& raster_;
     SquareCache squares_;
 };
@@ -80,12 +76,12 @@ private:
 class RasterChunkSource final : public HeightSource {
 public:
     /// @param flags [kChunkCells^2] of the chunk's cells; empty: all are ground
-    RasterChunkSource(const StoreDirectory& directory, const FineSurface& surface,
+    RasterChunkSource(const StoreRecords& records, const FineSurface& surface,
                       std::span<const std::uint8_t> flags)
-        : HeightSource(directory.lattice, directory.extent),
-          raster_(*directory.raster),
-          distances_(rise_distances(directory.lattice)),
-          range_(range_of(directory)),
+        : HeightSource(records.world().lattice, records.world().extent),
+          raster_(*records.world().raster),
+          distances_(rise_distances(lattice())),
+          range_(records.range()),
           surface_(surface),
           flags_(flags) {}
 
@@ -116,17 +112,17 @@ private:
 /// Reads chunks of a store. Threads: any number at once.
 class ChunkReader {
 public:
-    ChunkReader(SealedReader file, StoreDirectory directory)
-        : file_(std::move(file)), directory_(std::move(directory)) {
-        if (!directory_.raster) return;
-        surface_.emplace(directory_.raster->grid,
-                         std::make_shared<const StoredSamples>(file_, *directory_.raster));
+    explicit ChunkReader(std::unique_ptr<const StoreRecords> records)
+        : records_(std::move(records)) {
+        if (!records_->world().raster) return;
+        samples_ = std::make_shared<const StoredSamples>(*records_);
+        surface_.emplace(records_->world().raster->grid, samples_);
     }
 
-    const StoreDirectory& directory() const { return directory_; }
+    const StoreRecords& records() const { return *records_; }
 
     /// Reads, checks and decodes a chunk. Locks only the cache of the raster's samples, for moments.
-    /// Fails: io; bad_data if it is damaged; cancelled
+    /// Fails: io; timed_out; bad_data if it is damaged; cancelled
     Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key,
                                               const std::stop_token& stop = {}) const;
     /// As read(), through a small cache, for queries of single points.
@@ -138,10 +134,10 @@ private:
         std::uint64_t used = 0;
     };
 
-    SealedReader file_;
-    StoreDirectory directory_;
-    std::optional<FineSurface> surface_;  ///< of the raster
-    mutable std::mutex mutex_;            ///< guards the cache
+    std::unique_ptr<const StoreRecords> records_;
+    std::shared_ptr<const StoredSamples> samples_;  ///< of the raster; null if there is none
+    std::optional<FineSurface> surface_;            ///< likewise
+    mutable std::mutex mutex_;                      ///< guards the cache
     mutable std::array<CachedChunk, 32> cache_;
     mutable std::uint64_t clock_ = 0;
 };
@@ -185,30 +181,6 @@ private:
     HeightInterval range_;
 };
 
-namespace {
-
-/// Reads and decompresses a record; nullopt if it is damaged.
-///
-/// @param most_bytes of the content
-Result<std::optional<std::vector<std::uint8_t>>> read_record(const SealedReader& file,
-                                                             std::uint64_t offset,
-                                                             std::uint32_t bytes,
-                                                             const ContentHash& hash,
-                                                             std::size_t most_bytes) {
-    // The directory is not trusted, but no valid record is longer than this.
-    if (bytes > 2 * most_bytes) return std::nullopt;
-    std::vector<std::uint8_t> stored(bytes);
-    TERRANE_TRY(file.read(offset, stored));
-    std::vector<std::uint8_t> content(most_bytes);
-    const Result<std::size_t> size = decompress(stored, content);
-    if (!size) return std::nullopt;
-    content.resize(*size);
-    if (hash_of(content) != hash) return std::nullopt;
-    return content;
-}
-
-}  // namespace
-
 Result<void> StoredSamples::read(std::int64_t column, std::int64_t row, int columns, int rows,
                                  std::span<double> heights_out) const {
     const auto run = [this](std::int64_t from, std::int64_t of_row, int count, double* out) {
@@ -218,28 +190,47 @@ Result<void> StoredSamples::read(std::int64_t column, std::int64_t row, int colu
                        heights_out, run);
 }
 
-Result<std::shared_ptr<const SquareCache::Square>> StoredSamples::read_square(int x, int y) const {
-    // Whoever reads a chunk names the file.
-    const auto damaged = [&] {
-        return fail(ErrorCode::bad_data, "square " + std::to_string(x) + ", " + std::to_string(y) +
-                                             " of the raster is damaged");
-    };
-    const int column = x - raster_.first_column, row = y - raster_.first_row;
-    // Squares that no chunk of the store needs are not stored.
-    if (column < 0 || row < 0 || column >= raster_.column_count || row >= raster_.row_count) {
-        return damaged();
+Result<StoredSamples::Square> StoredSamples::decode(const SquareKey& key,
+                                                    const RecordContent& content) const {
+    if (content) {
+        if (auto samples = decode_square(*content, raster_.packing.is_integer(),
+                                         raster_.columns_of(key.x), raster_.rows_of(key.y))) {
+            return std::make_shared<const SquareCache::Square>(std::move(*samples));
+        }
     }
-    const StoredRaster::SquareRecord& record =
-        raster_.squares[static_cast<std::size_t>(row) *
-                            static_cast<std::size_t>(raster_.column_count) +
-                        static_cast<std::size_t>(column)];
-    TERRANE_TRY(const auto content,
-                read_record(file_, record.offset, record.bytes, record.hash, max_square_bytes()));
-    if (!content) return damaged();
-    auto samples = decode_square(*content, raster_.packing.is_integer(), raster_.columns_of(x),
-                                 raster_.rows_of(y));
-    if (!samples) return damaged();
-    return std::make_shared<const SquareCache::Square>(std::move(*samples));
+    // Whoever reads a chunk names the file.
+    return fail(ErrorCode::bad_data, "square " + std::to_string(key.x) + ", " +
+                                         std::to_string(key.y) + " of the raster is damaged");
+}
+
+Result<StoredSamples::Square> StoredSamples::read_square(int x, int y) const {
+    const SquareKey key{x, y};
+    // Squares that no chunk of the store needs are not stored.
+    if (!raster_.squares.contains(key)) return decode(key, std::nullopt);
+    TERRANE_TRY(const auto contents, records_.squares({&key, 1}, {}));
+    return decode(key, contents.front());
+}
+
+Result<void> StoredSamples::prefetch(const ChunkKey& key, const std::stop_token& stop) const {
+    const Lattice& lattice = records_.world().lattice;
+    const LatticePoint corner = lattice.corner(key);
+    const std::int64_t side = lattice.chunk_side(key.level);
+    const SquareRange range = squares_around(
+        raster_.grid, corner, {corner.x + side, corner.y + side}, lattice.step(key.level));
+    std::vector<SquareKey> missing;
+    for (int y = range.first_row; y < range.first_row + range.row_count; ++y) {
+        for (int x = range.first_column; x < range.first_column + range.column_count; ++x) {
+            if (raster_.squares.contains({x, y}) && squares_.find(x, y) == nullptr)
+                missing.push_back({x, y});
+        }
+    }
+    if (missing.empty()) return {};
+    TERRANE_TRY(const auto contents, records_.squares(missing, stop));
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+        TERRANE_TRY(auto square, decode(missing[i], contents[i]));
+        squares_.add(missing[i].x, missing[i].y, std::move(square));
+    }
+    return {};
 }
 
 double RasterChunkSource::height(double x, double y) const {
@@ -301,24 +292,27 @@ Result<void> RasterChunkSource::cell_flags(const SampleGrid& grid,
 Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key,
                                                        const std::stop_token& stop) const {
     const auto damaged = [&] {
-        return fail(ErrorCode::bad_data, "\"" + file_.path() + "\": chunk " +
+        return fail(ErrorCode::bad_data, "\"" + records_->place() + "\": chunk " +
                                              std::to_string(key.x) + ", " + std::to_string(key.y) +
                                              " of level " + std::to_string(key.level) +
                                              " is damaged");
     };
-    const ChunkRecord& record = directory_.chunks[directory_.index_of(key)];
-    TERRANE_TRY(const auto content,
-                read_record(file_, record.offset, record.bytes, record.hash, max_encoded_bytes()));
+    TERRANE_TRY(const auto content, records_->chunk(key, stop));
     if (!content) return damaged();
-    const ChunkContent kind = content_of(directory_.lattice, directory_.raster, key.level);
+    const StoreWorld& world = records_->world();
+    const ChunkContent kind = content_of(world.lattice, world.raster, key.level);
     if (kind == ChunkContent::all) {
-        auto chunk = decode_chunk(*content, directory_.lattice, key);
+        auto chunk = decode_chunk(*content, world.lattice, key);
         if (!chunk) return damaged();
         return chunk;
     }
     auto partial = decode_partial(*content, kind, key.level == 0);
     if (!partial) return damaged();
-    const RasterChunkSource source(directory_, *surface_, partial->cell_flags);
+    if (auto read = samples_->prefetch(key, stop); !read) {
+        return read.error().code == ErrorCode::bad_data ? damaged()
+                                                        : tl::unexpected(std::move(read.error()));
+    }
+    const RasterChunkSource source(*records_, *surface_, partial->cell_flags);
     auto chunk =
         partial->vertices == nullptr
             ? make_chunk(source, key, stop)
@@ -348,10 +342,10 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) cons
 // there the baked surface equals the sample to half a quantum, which every stored bound includes.
 
 StoredHeights::StoredHeights(std::unique_ptr<const ChunkReader> reader)
-    : HeightSource(reader->directory().lattice, reader->directory().extent),
+    : HeightSource(reader->records().world().lattice, reader->records().world().extent),
       reader_(std::move(reader)),
       distances_(rise_distances(lattice())),
-      range_(range_of(reader_->directory())) {}
+      range_(reader_->records().range()) {}
 
 bool StoredHeights::contains(LatticePoint point) const { return nearest(point) == point; }
 
@@ -524,7 +518,6 @@ Result<void> StoredHeights::cell_flags(const SampleGrid& grid,
 }
 
 HeightInterval StoredHeights::interval(const WorldRect& rect) const {
-    const StoreDirectory& directory = reader_->directory();
     const Lattice& l = lattice();
     const auto index = [&l](double place, double origin, std::int64_t low, std::int64_t end) {
         const double u = std::floor((place - origin) / l.spacing);
@@ -546,9 +539,8 @@ HeightInterval StoredHeights::interval(const WorldRect& rect) const {
     HeightInterval found{range_.high, range_.low};
     for (std::int32_t y = first.y; y <= last.y; ++y) {
         for (std::int32_t x = first.x; x <= last.x; ++x) {
-            const HeightInterval& of_chunk =
-                directory.chunks[directory.index_of({x, y, static_cast<std::uint8_t>(level)})]
-                    .heights;
+            const HeightInterval of_chunk =
+                reader_->records().heights({x, y, static_cast<std::uint8_t>(level)});
             found = {std::min(found.low, of_chunk.low), std::max(found.high, of_chunk.high)};
         }
     }
@@ -556,7 +548,7 @@ HeightInterval StoredHeights::interval(const WorldRect& rect) const {
 }
 
 double StoredHeights::rise_bound(double distance) const {
-    return rise_at(reader_->directory().rises, distances_, distance)
+    return rise_at(reader_->records().world().rises, distances_, distance)
         .value_or(range_.high - range_.low);
 }
 
@@ -572,23 +564,48 @@ namespace terrane {
 
 using namespace internal;
 
+namespace {
+
+/// Whether a path names a folder.
+bool is_folder(const std::string& path) {
+    std::error_code ignored;
+    return std::filesystem::is_directory(path, ignored);
+}
+
+/// The folder of a sharded store, whose path or that of whose `terrain.json` is given; absent if it is no such path.
+std::optional<std::string> shard_folder(const std::string& path) {
+    if (is_folder(path)) return path;
+    const std::filesystem::path file(path);
+    if (file.filename() != kManifestName) return std::nullopt;
+    return file.has_parent_path() ? file.parent_path().string() : ".";
+}
+
+}  // namespace
+
 Result<std::shared_ptr<const HeightSource>> ChunkStore::open(const std::string& path,
                                                              StoreInfo* info_out) {
-    TERRANE_TRY(auto file, SealedReader::open(path, kStoreKind));
-    auto directory = decode_directory(file.directory());
-    if (!directory) {
-        return fail(directory.error().code, "\"" + path + "\": " + directory.error().message);
+    if (const auto folder = shard_folder(path)) {
+        TERRANE_TRY(auto files, open_shard_folder(*folder));
+        return open(std::move(files), info_out);
     }
-    file.drop_directory();
-    if (info_out != nullptr) {
-        *info_out = {static_cast<std::int64_t>(directory->chunks.size()), file.bytes(),
-                     directory->max_error_m, sha_of(*directory), directory->note};
-    }
+    TERRANE_TRY(auto records, open_file(path, info_out));
     return std::make_shared<const StoredHeights>(
-        std::make_unique<const ChunkReader>(std::move(file), std::move(*directory)));
+        std::make_unique<const ChunkReader>(std::move(records)));
+}
+
+Result<std::shared_ptr<const HeightSource>> ChunkStore::open(
+    std::shared_ptr<const ShardFiles> files, StoreInfo* info_out) {
+    TERRANE_TRY(auto records, open_shards(std::move(files), info_out));
+    return std::make_shared<const StoredHeights>(
+        std::make_unique<const ChunkReader>(std::move(records)));
 }
 
 bool ChunkStore::is_store(const std::string& path) {
+    if (const auto folder = shard_folder(path)) {
+        std::error_code ignored;
+        return std::filesystem::is_regular_file(*folder + "/" + std::string(kManifestName),
+                                                ignored);
+    }
     return SealedReader::is_kind(path,
                                  std::string_view(kStoreKind.name.data(), kStoreKind.name.size()));
 }

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "open_file.h"
+
 #include <terrane/store/bytes.h>
 #include <terrane/store/sealed_file.h>
 
@@ -231,34 +233,39 @@ Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     return {};
 }
 
-SealedReader::SealedReader(std::string path, int handle)
-    : path_(std::move(path)), handle_(handle) {}
-
-SealedReader::SealedReader(SealedReader&& other) noexcept
-    : path_(std::move(other.path_)),
-      handle_(std::exchange(other.handle_, -1)),
-      bytes_(other.bytes_),
-      directory_(std::move(other.directory_)) {}
-
-SealedReader::~SealedReader() {
-    if (handle_ >= 0) close(handle_);
-}
-
-Result<SealedReader> SealedReader::open(const std::string& path, const SealedKind& kind) {
+Result<internal::OpenFile> internal::OpenFile::open(const std::string& path) {
     // Non-blocking, because opening a pipe without a writer would otherwise block.
     const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (handle < 0) {
         return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": " + std::strerror(errno));
     }
-    SealedReader reader(path, handle);
     struct stat status {};
-    if (fstat(handle, &status) != 0 || !S_ISREG(status.st_mode)) {
+    const bool is_regular = fstat(handle, &status) == 0 && S_ISREG(status.st_mode);
+    OpenFile file(path, handle, is_regular ? static_cast<std::uint64_t>(status.st_size) : 0);
+    if (!is_regular) {
         return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": it is no regular file");
     }
-    reader.bytes_ = static_cast<std::uint64_t>(status.st_size);
+    return file;
+}
+
+internal::OpenFile::~OpenFile() {
+    if (handle_ >= 0) close(handle_);
+}
+
+Result<SealedReader> SealedReader::open(const std::string& path, const SealedKind& kind) {
+    TERRANE_TRY(auto file, internal::OpenFile::open(path));
+    SealedReader reader(std::make_unique<const internal::OpenFile>(std::move(file)));
     TERRANE_TRY(reader.read_directory(kind));
     return reader;
 }
+
+SealedReader::SealedReader(std::unique_ptr<const internal::OpenFile> file)
+    : file_(std::move(file)) {}
+SealedReader::SealedReader(SealedReader&&) noexcept = default;
+SealedReader::~SealedReader() = default;
+
+const std::string& SealedReader::path() const { return file_->path(); }
+std::uint64_t SealedReader::bytes() const { return file_->bytes(); }
 
 bool SealedReader::is_kind(const std::string& path, std::string_view name) {
     const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
@@ -273,13 +280,13 @@ bool SealedReader::is_kind(const std::string& path, std::string_view name) {
 
 Result<void> SealedReader::read_directory(const SealedKind& kind) {
     const auto bad = [&](const std::string& what) {
-        return fail(ErrorCode::bad_data, in_quotes(path_) + " " + what);
+        return fail(ErrorCode::bad_data, in_quotes(path()) + " " + what);
     };
     const std::string name(kind.name.data(), kind.name.size());
-    if (bytes_ < kHeaderBytes) return bad("is no whole \"" + name + "\" file: it is cut off");
-    std::vector<std::uint8_t> bytes(kHeaderBytes);
-    TERRANE_TRY(read(0, bytes));
-    ByteReader in(std::span<const std::uint8_t>(bytes).subspan(kMagic.size()));
+    if (bytes() < kHeaderBytes) return bad("is no whole \"" + name + "\" file: it is cut off");
+    std::vector<std::uint8_t> begin(kHeaderBytes);
+    TERRANE_TRY(read(0, begin));
+    ByteReader in(std::span<const std::uint8_t>(begin).subspan(kMagic.size()));
     Header header;
     in.get_each(std::span<char>(header.kind.name));
     header.kind.version = in.get<std::uint32_t>();
@@ -288,17 +295,17 @@ Result<void> SealedReader::read_directory(const SealedKind& kind) {
     header.content_bytes = in.get<std::uint64_t>();
     header.hash.low = in.get<std::uint64_t>();
     header.hash.high = in.get<std::uint64_t>();
-    if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin()) || header.kind.name != kind.name) {
+    if (!std::equal(kMagic.begin(), kMagic.end(), begin.begin()) || header.kind.name != kind.name) {
         return bad("is no \"" + name + "\" file");
     }
-    if (encode(header) != bytes) return bad("has a damaged header");
+    if (encode(header) != begin) return bad("has a damaged header");
     if (header.kind.version != kind.version) {
         return bad("is of version " + std::to_string(header.kind.version) +
                    ", this program reads " + std::to_string(kind.version) +
                    "; it must be written again");
     }
-    if (header.offset > bytes_ || header.stored_bytes > bytes_ - header.offset) {
-        return bad("is cut off after " + std::to_string(bytes_) + " bytes");
+    if (header.offset > bytes() || header.stored_bytes > bytes() - header.offset) {
+        return bad("is cut off after " + std::to_string(bytes()) + " bytes");
     }
     if (header.content_bytes > kLongestDirectory) {
         return bad("has a directory of " + std::to_string(header.content_bytes) + " bytes");
@@ -314,6 +321,11 @@ Result<void> SealedReader::read_directory(const SealedKind& kind) {
 }
 
 Result<void> SealedReader::read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const {
+    return file_->read(offset, bytes_out);
+}
+
+Result<void> internal::OpenFile::read(std::uint64_t offset,
+                                      std::span<std::uint8_t> bytes_out) const {
     while (!bytes_out.empty()) {
         const ssize_t count =
             pread(handle_, bytes_out.data(), bytes_out.size(), static_cast<off_t>(offset));

@@ -445,6 +445,38 @@ Result<std::vector<std::uint32_t>> decode_square(std::span<const std::uint8_t> b
     return numbers;
 }
 
+void put_hash(ByteWriter& out, const ContentHash& hash) {
+    out.put(hash.low);
+    out.put(hash.high);
+}
+
+ContentHash get_hash(ByteReader& in) {
+    const auto low = in.get<std::uint64_t>();
+    return {low, in.get<std::uint64_t>()};
+}
+
+SquareRange squares_around(const BilinearGrid& grid, const LatticePoint& south_west,
+                           const LatticePoint& north_east, std::int64_t step) {
+    // Bounds depend on points within three steps around a chunk and its margin, and on kBoundsMargin samples more.
+    const std::int64_t margin = (3 + kReachCells) * step;
+    SquareRange range;
+    const auto squares = [](SamplePlace first, SamplePlace last, int samples, int& first_out,
+                            int& count_out) {
+        const auto square_of = [samples](std::int64_t index) {
+            return static_cast<int>(std::clamp<std::int64_t>(index, 0, samples - 1) /
+                                    StoredRaster::kSquareSide);
+        };
+        first_out = square_of(first.index - kBoundsMargin);
+        count_out = square_of(last.index + 2 + kBoundsMargin) - first_out + 1;
+    };
+    squares(grid.column_at_index(south_west.x - margin),
+            grid.column_at_index(north_east.x + margin), grid.columns, range.first_column,
+            range.column_count);
+    squares(grid.row_at_index(south_west.y - margin), grid.row_at_index(north_east.y + margin),
+            grid.rows, range.first_row, range.row_count);
+    return range;
+}
+
 ChunkContent content_of(const Lattice& lattice, const std::optional<StoredRaster>& raster,
                         int level) {
     const std::int64_t base = raster ? raster->grid.base_step() : 0, step = lattice.step(level);
@@ -477,17 +509,14 @@ void put_raster(ByteWriter& out, const StoredRaster& raster) {
     out.put(static_cast<std::uint8_t>(raster.packing.is_integer() ? 1 : 0));
     out.put(raster.rounding);
     out.put_each(std::span<const double>(raster.rises));
-    out.put(std::int32_t{raster.first_column});
-    out.put(std::int32_t{raster.first_row});
-    out.put(std::int32_t{raster.column_count});
-    out.put(std::int32_t{raster.row_count});
-    for (const StoredRaster::SquareRecord& square : raster.squares) {
-        out.put(square.hash.low);
-        out.put(square.hash.high);
-    }
+    out.put(std::int32_t{raster.squares.first_column});
+    out.put(std::int32_t{raster.squares.first_row});
+    out.put(std::int32_t{raster.squares.column_count});
+    out.put(std::int32_t{raster.squares.row_count});
 }
 
-/// Whether a surface can be computed from the raster: numbers are in range, and agree with each other.
+}  // namespace
+
 bool is_valid(const StoredRaster& raster) {
     constexpr double kMostCells = 0x1p31;
     const BilinearGrid& grid = raster.grid;
@@ -516,13 +545,14 @@ bool is_valid(const StoredRaster& raster) {
     const SamplePacking& packing = raster.packing;
     return is_placed && std::isfinite(packing.base()) && std::isfinite(packing.step()) &&
            packing.step() != 0.0 && raster.rounding >= 0.0 && std::isfinite(raster.rounding) &&
-           covers(raster.first_column, raster.column_count, grid.columns) &&
-           covers(raster.first_row, raster.row_count, grid.rows);
+           covers(raster.squares.first_column, raster.squares.column_count, grid.columns) &&
+           covers(raster.squares.first_row, raster.squares.row_count, grid.rows);
 }
 
-/// Reads the output of put_raster(); absent if it makes no sense, or has more than `most_squares` squares.
-std::optional<StoredRaster> get_raster(ByteReader& in, const Lattice& lattice,
-                                       std::size_t most_squares) {
+namespace {
+
+/// Reads the output of put_raster(); absent if it makes no sense.
+std::optional<StoredRaster> get_raster(ByteReader& in, const Lattice& lattice) {
     StoredRaster raster;
     BilinearGrid& grid = raster.grid;
     grid.lattice = lattice;
@@ -543,20 +573,12 @@ std::optional<StoredRaster> get_raster(ByteReader& in, const Lattice& lattice,
     raster.rounding = in.get<double>();
     raster.rises.resize(rise_distances(lattice).size());
     in.get_each(std::span<double>(raster.rises));
-    raster.first_column = in.get<std::int32_t>();
-    raster.first_row = in.get<std::int32_t>();
-    raster.column_count = in.get<std::int32_t>();
-    raster.row_count = in.get<std::int32_t>();
+    raster.squares.first_column = in.get<std::int32_t>();
+    raster.squares.first_row = in.get<std::int32_t>();
+    raster.squares.column_count = in.get<std::int32_t>();
+    raster.squares.row_count = in.get<std::int32_t>();
     if (in.has_failed() || is_aligned > 1 || is_integer > 1 || !is_valid(raster)) {
         return std::nullopt;
-    }
-    const std::size_t count =
-        static_cast<std::size_t>(raster.column_count) * static_cast<std::size_t>(raster.row_count);
-    if (count > most_squares) return std::nullopt;
-    raster.squares.resize(count);
-    for (StoredRaster::SquareRecord& square : raster.squares) {
-        square.hash.low = in.get<std::uint64_t>();
-        square.hash.high = in.get<std::uint64_t>();
     }
     return raster;
 }
@@ -579,10 +601,12 @@ void put_world(ByteWriter& out, const StoreDirectory& directory) {
     out.put(directory.max_error_m);
     out.put_each(std::span<const double>(directory.rises));
     out.put(static_cast<std::uint8_t>(directory.raster ? 1 : 0));
-    if (directory.raster) put_raster(out, *directory.raster);
+    if (directory.raster) {
+        put_raster(out, *directory.raster);
+        for (const StoredRecord& square : directory.squares) put_hash(out, square.hash);
+    }
     for (const ChunkRecord& chunk : directory.chunks) {
-        out.put(chunk.hash.low);
-        out.put(chunk.hash.high);
+        put_hash(out, chunk.hash);
         out.put(chunk.heights.low);
         out.put(chunk.heights.high);
     }
@@ -637,11 +661,9 @@ std::vector<std::uint8_t> encode(const StoreDirectory& directory) {
         out.put(chunk.offset);
         out.put(chunk.bytes);
     }
-    if (directory.raster) {
-        for (const StoredRaster::SquareRecord& square : directory.raster->squares) {
-            out.put(square.offset);
-            out.put(square.bytes);
-        }
+    for (const StoredRecord& square : directory.squares) {
+        out.put(square.offset);
+        out.put(square.bytes);
     }
     return out.bytes();
 }
@@ -674,15 +696,18 @@ Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
     directory.rises.resize(rise_distances(lattice).size());
     in.get_each(std::span<double>(directory.rises));
     if (const auto has_raster = in.get<std::uint8_t>(); has_raster == 1) {
-        directory.raster = get_raster(in, lattice, bytes.size() / kSquareBytes);
-        if (!directory.raster) return senseless();
+        directory.raster = get_raster(in, lattice);
+        if (!directory.raster || directory.raster->squares.count() > bytes.size() / kSquareBytes) {
+            return senseless();
+        }
+        directory.squares.resize(directory.raster->squares.count());
+        for (StoredRecord& square : directory.squares) square.hash = get_hash(in);
     } else if (has_raster != 0) {
         return senseless();
     }
     directory.chunks.resize(static_cast<std::size_t>(count));
     for (ChunkRecord& chunk : directory.chunks) {
-        chunk.hash.low = in.get<std::uint64_t>();
-        chunk.hash.high = in.get<std::uint64_t>();
+        chunk.hash = get_hash(in);
         chunk.heights.low = in.get<double>();
         chunk.heights.high = in.get<double>();
     }
@@ -691,11 +716,9 @@ Result<StoreDirectory> decode_directory(std::span<const std::uint8_t> bytes) {
         chunk.offset = in.get<std::uint64_t>();
         chunk.bytes = in.get<std::uint32_t>();
     }
-    if (directory.raster) {
-        for (StoredRaster::SquareRecord& square : directory.raster->squares) {
-            square.offset = in.get<std::uint64_t>();
-            square.bytes = in.get<std::uint32_t>();
-        }
+    for (StoredRecord& square : directory.squares) {
+        square.offset = in.get<std::uint64_t>();
+        square.bytes = in.get<std::uint32_t>();
     }
     if (!in.is_done()) return senseless();
     return directory;

@@ -5,6 +5,7 @@
 #include "bilinear/raster_samples.h"
 #include "chunk/chunk_vertices.h"
 
+#include <terrane/store/bytes.h>
 #include <terrane/store/sealed_file.h>
 #include <terrane/terrain/chunk.h>
 #include <terrane/terrain/height_source.h>
@@ -22,23 +23,53 @@ namespace terrane::internal {
 /// SHA-256 of bytes, as 64 hexadecimal digits.
 std::string sha256(std::span<const std::uint8_t> bytes);
 
+/// A part of a file, compressed, and the hash of its content.
+struct StoredRecord {
+    std::uint64_t offset = 0;
+    std::uint32_t bytes = 0;  ///< in the file
+    ContentHash hash;         ///< of the uncompressed content
+};
+
+/// A square of a raster, by its column and row among the squares.
+struct SquareKey {
+    int x = 0, y = 0;
+};
+
+/// A rectangle of squares.
+struct SquareRange {
+    int first_column = 0, first_row = 0;
+    int column_count = 0, row_count = 0;
+
+    std::size_t count() const {
+        return static_cast<std::size_t>(column_count) * static_cast<std::size_t>(row_count);
+    }
+    bool contains(const SquareKey& square) const {
+        return square.x >= first_column && square.y >= first_row &&
+               square.x - first_column < column_count && square.y - first_row < row_count;
+    }
+    SquareKey key_at(std::size_t index) const {
+        const auto columns = static_cast<std::size_t>(column_count);
+        return {first_column + static_cast<int>(index % columns),
+                first_row + static_cast<int>(index / columns)};
+    }
+    /// Index of a square of the range, row by row from the south-west.
+    std::size_t index_of(const SquareKey& square) const {
+        return static_cast<std::size_t>(square.y - first_row) *
+                   static_cast<std::size_t>(column_count) +
+               static_cast<std::size_t>(square.x - first_column);
+    }
+};
+
 /// The raster whose samples a store holds instead of the heights of its finest levels.
 struct StoredRaster {
     /// Samples along the side of a square; the last squares of rows and columns may be smaller.
     static constexpr int kSquareSide = 128;
-    struct SquareRecord {
-        std::uint64_t offset = 0;
-        std::uint32_t bytes = 0;
-        ContentHash hash;  ///< of the encoded square
-    };
 
     BilinearGrid grid;  ///< its lattice is the store's
     SamplePacking packing = SamplePacking::of_parts(0.0, 1.0, false);
     double rounding = 0.0;      ///< RasterSamples::rounding()
     std::vector<double> rises;  ///< HeightSource::rise_bound() of the source, at rise_distances()
-    int first_column = 0, first_row = 0;  ///< of the squares that the store holds, in squares
-    int column_count = 0, row_count = 0;  ///< squares
-    std::vector<SquareRecord> squares;    ///< row by row from the south-west
+    SquareRange squares;        ///< that the store holds
 
     /// Number of samples along the sides of a square.
     int columns_of(int column) const {
@@ -46,6 +77,12 @@ struct StoredRaster {
     }
     int rows_of(int row) const { return std::min(kSquareSide, grid.rows - row * kSquareSide); }
 };
+
+/// The squares of a raster from which make_chunk() computes chunks over a rectangle of lattice points.
+///
+/// @param step of the chunks' level, at most that of the coarsest level which is computed from samples
+SquareRange squares_around(const BilinearGrid& grid, const LatticePoint& south_west,
+                           const LatticePoint& north_east, std::int64_t step);
 
 /// What the record of a chunk holds, besides flags of cells. The rest is computed from the raster of the store.
 enum class ChunkContent {
@@ -98,30 +135,39 @@ Result<std::vector<std::uint32_t>> decode_square(std::span<const std::uint8_t> b
 /// Upper limit of the size of an encoded square.
 std::size_t max_square_bytes();
 
+/// A hash as two numbers of 64 bits.
+void put_hash(ByteWriter& out, const ContentHash& hash);
+ContentHash get_hash(ByteReader& in);
+
 inline constexpr SealedKind kStoreKind{{'C', 'H', 'N', 'K'}, 2};
 inline constexpr std::int64_t kMostChunks = std::int64_t{1} << 26;
 inline constexpr std::size_t kLongestNote = std::size_t{1} << 20;
 
-/// Location of a chunk in the file, hash of its content, and its interval of heights.
-struct ChunkRecord {
-    std::uint64_t offset = 0;
-    std::uint32_t bytes = 0;
-    ContentHash hash;  ///< of the encoded chunk
+/// Location and hash of an encoded chunk, and its interval of heights.
+struct ChunkRecord : StoredRecord {
     HeightInterval heights;
 };
 
-/// The content of a store except the chunks.
-struct StoreDirectory {
+/// What a store says about all of its ground.
+struct StoreWorld {
     Lattice lattice;
     WorldRect extent;
     double max_error_m = 0.0;
-    std::vector<double> rises;        ///< HeightSource::rise_bound() at rise_distances()
-    std::vector<ChunkRecord> chunks;  ///< level by level; row by row from the south-west
+    std::vector<double> rises;  ///< HeightSource::rise_bound() at rise_distances()
     std::string note;
     std::optional<StoredRaster> raster;
+};
+
+/// The content of a store in one file, except the chunks.
+struct StoreDirectory : StoreWorld {
+    std::vector<ChunkRecord> chunks;    ///< level by level; row by row from the south-west
+    std::vector<StoredRecord> squares;  ///< of the raster, row by row from the south-west
 
     std::size_t index_of(const ChunkKey& key) const;
 };
+
+/// Whether a chunk or a surface can be computed from the numbers: they are in range, and agree with each other.
+bool is_valid(const StoredRaster& raster);
 
 /// Number of chunks on all levels of a lattice; kMostChunks + 1 if it exceeds kMostChunks.
 std::int64_t count_chunks(const Lattice& lattice);

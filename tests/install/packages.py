@@ -19,6 +19,7 @@ NAMES = {
     "PkgConfig": ("pkg-config", "pkgconf", None),
     "zstd": ("libzstd-dev", "zstd", "zstd"),
     "xxhash.h": ("libxxhash-dev", "xxhash", "xxhash"),
+    "nlohmann/json.hpp": ("nlohmann-json3-dev", "nlohmann-json", "nlohmann_json"),
     "GDAL": ("libgdal-dev", "gdal", "gdal"),
     "OpenVDB": ("libopenvdb-dev", "openvdb", "openvdb"),
     "epoxy": ("libepoxy-dev", "libepoxy", "libepoxy"),
@@ -40,7 +41,7 @@ FEATURES = {
 }
 # Found where present, or part of the build only.
 OPTIONAL = {"terrane", "Python3", "Python", "pybind11", "Doxygen", "meshoptimizer", "Bullet", "ODE", "ode", "bullet"}
-ONLY_TO_BUILD = {"PkgConfig", "xxhash.h"}
+ONLY_TO_BUILD = {"PkgConfig", "xxhash.h", "nlohmann/json.hpp"}
 
 
 def found_by_cmake(text):

@@ -122,7 +122,7 @@ TEST(Bake, ARasterIsStoredAsSamplesAndGivesTheSameChunks) {
                 SealedReader::open(path, internal::kStoreKind).value().directory())
                 .value();
         ASSERT_TRUE(directory.raster.has_value());
-        EXPECT_EQ(directory.raster->squares.size(), 6u) << "3 x 2 squares of 128";
+        EXPECT_EQ(directory.squares.size(), 6u) << "3 x 2 squares of 128";
         std::size_t of_finest = 0;
         for (const ChunkKey& key : all_keys(source->lattice())) {
             if (key.level == 1) of_finest += directory.chunks[directory.index_of(key)].bytes;

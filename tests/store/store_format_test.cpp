@@ -280,10 +280,9 @@ TEST(Directory, RefusesARasterThatMakesNoSense) {
         [](StoredRaster& raster) { raster.packing = SamplePacking::of_parts(0.0, 0.0, false); },
         [&](StoredRaster& raster) { raster.packing = SamplePacking::of_parts(nan, 1.0, false); },
         [](StoredRaster& raster) { raster.rounding = -1.0; },
-        [](StoredRaster& raster) { raster.first_column = -1; },
-        [](StoredRaster& raster) { raster.column_count += 1; },
-        [](StoredRaster& raster) { raster.row_count = 0; },
-        [](StoredRaster& raster) { raster.squares.pop_back(); },
+        [](StoredRaster& raster) { raster.squares.first_column = -1; },
+        [](StoredRaster& raster) { raster.squares.column_count += 1; },
+        [](StoredRaster& raster) { raster.squares.row_count = 0; },
     };
     for (const double cell_y : {1.0, 1.25}) {
         const StoreDirectory whole = directory_of(folder, cell_y);

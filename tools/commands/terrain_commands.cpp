@@ -5,12 +5,18 @@
 #include "program/summary.h"
 #include "scene/terrain_options.h"
 
+#include <terrane/store/sealed_file.h>
+#include <terrane/store/shard_baker.h>
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -167,10 +173,104 @@ struct BakeOptions {
     std::size_t levels = 0;
     std::size_t threads = 0;
     std::vector<double> region;
+    bool is_sharded = false, is_plan = false, is_combine = false, is_verified = false;
+    std::vector<std::size_t> shards;
     bool json = false;
+
+    /// Whether the steps of a sharded bake are run apart, or one after the other.
+    bool has_shards() const {
+        return is_sharded || is_plan || is_combine || is_verified || !shards.empty();
+    }
 };
 
+void describe(const StoreInfo& store, nlohmann::ordered_json& summary) {
+    summary["chunks"] = store.chunk_count;
+    summary["bytes"] = store.bytes;
+    summary["max_error_m"] = store.max_error_m;
+    summary["sha"] = store.sha;
+}
+
+CommandResult<void> report_error(const Error& error) {
+    if (error.code == ErrorCode::invalid_argument) return usage_error(error.message);
+    return pass_on(error);
+}
+
+/// A hash of the raster's file, so that shards of two versions of it are not mixed.
+std::string fingerprint_of(const TerrainOptions& options) {
+    std::ifstream file(options.dem, std::ios::binary);
+    if (options.dem.empty() || !file) return {};
+    ContentHasher hasher;
+    std::vector<char> bytes(std::size_t{1} << 20);
+    do {
+        file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+        hasher.add_raw(bytes.data(), static_cast<std::size_t>(file.gcount()));
+    } while (file);
+    return hasher.value().text();
+}
+
+/// The steps of a sharded bake that the options ask for.
+CommandResult<void> run_sharded_bake(const BakeOptions& options, const HeightSource& source,
+                                     BakeSettings settings, nlohmann::ordered_json& summary) {
+    settings.fingerprint = fingerprint_of(options.terrain);
+    Progress progress("baking");
+    std::size_t done = 0, count = 1;
+    settings.progress = [&](double share) {
+        progress.show((static_cast<double>(done) + share) / static_cast<double>(count));
+        return !is_interrupted();
+    };
+    const auto baker = ShardBaker::create(source, options.out, settings);
+    if (!baker) return report_error(baker.error());
+    const auto all = static_cast<std::size_t>(baker->shard_count());
+    summary["shards"] = all;
+    std::vector<std::size_t> shards = options.shards;
+    for (std::size_t i = 0; options.is_sharded && i < all; ++i) shards.push_back(i);
+    for (const std::size_t shard : shards) {
+        if (shard < all) continue;
+        return usage_error(fmt::format("--shard must be 0 to {}, got {}", all - 1, shard));
+    }
+    count = std::max<std::size_t>(shards.size(), 1);
+    std::size_t found = 0;
+    for (const std::size_t shard : shards) {
+        const auto number = static_cast<std::int64_t>(shard);
+        if (baker->is_baked(number)) {
+            ++found;
+        } else if (const auto baked = baker->bake_shard(number); !baked) {
+            return report_error(baked.error());
+        }
+        ++done;
+    }
+    if (!shards.empty()) {
+        summary["baked"] = shards.size() - found;
+        summary["found"] = found;
+    }
+    if (!options.is_verified) return {};
+    constexpr std::int64_t kEvery = 16;
+    std::int64_t verified = 0;
+    for (std::size_t shard = 0; shard < all; ++shard) {
+        const auto compared = baker->verify_shard(static_cast<std::int64_t>(shard), kEvery);
+        if (!compared) return report_error(compared.error());
+        verified += *compared;
+        if (is_interrupted()) return failure("given up");
+    }
+    summary["verified"] = verified;
+    return {};
+}
+
 CommandResult<void> run_bake(const BakeOptions& options) {
+    nlohmann::ordered_json summary;
+    const auto combine = [&]() -> CommandResult<void> {
+        const Result<StoreInfo> store = ShardBaker::combine(options.out);
+        if (!store) return pass_on(store.error());
+        describe(*store, summary);
+        return {};
+    };
+    if (options.is_combine && !options.is_plan && !options.is_sharded && !options.is_verified &&
+        options.shards.empty()) {
+        TERRANE_TRY(combine());
+        summary["out"] = options.out;
+        print_summary(summary, options.json);
+        return {};
+    }
     TerrainOptions wanted = options.terrain;
     wanted.world = WorldKind::bounded;
     TERRANE_TRY(const Terrain terrain, open_terrain(wanted));
@@ -187,24 +287,22 @@ CommandResult<void> run_bake(const BakeOptions& options) {
         settings.region =
             WorldRect{options.region[0], options.region[1], options.region[2], options.region[3]};
     }
-    Progress progress("baking");
     watch_for_interrupts();
-    settings.progress = [&progress](double share) {
-        progress.show(share);
-        return !is_interrupted();
-    };
     // a store contains only heights: a scene adds its volumes to a baked terrain as to any other
-    const Result<StoreInfo> baked =
-        ChunkStore::bake(*heightfield_of(terrain), options.out, settings);
-    if (!baked && baked.error().code == ErrorCode::invalid_argument) {
-        return usage_error(baked.error().message);
+    const HeightSource& source = *heightfield_of(terrain);
+    if (options.has_shards()) {
+        TERRANE_TRY(run_sharded_bake(options, source, settings, summary));
+        if (options.is_sharded || options.is_combine) TERRANE_TRY(combine());
+    } else {
+        Progress progress("baking");
+        settings.progress = [&progress](double share) {
+            progress.show(share);
+            return !is_interrupted();
+        };
+        const Result<StoreInfo> baked = ChunkStore::bake(source, options.out, settings);
+        if (!baked) return report_error(baked.error());
+        describe(*baked, summary);
     }
-    if (!baked) return pass_on(baked.error());
-    nlohmann::ordered_json summary;
-    summary["chunks"] = baked->chunk_count;
-    summary["bytes"] = baked->bytes;
-    summary["max_error_m"] = baked->max_error_m;
-    summary["sha"] = baked->sha;
     summary["out"] = options.out;
     if (terrain.volumes != nullptr) {
         summary["volumes_left_out"] = describe_volumes(*terrain.volumes).size();
@@ -221,9 +319,25 @@ void add_bake_command(CLI::App& app, CommandContext& context) {
                                         "Writes a terrain as a file of compressed chunks with "
                                         "exact bounds, which --dem opens at once");
     add_terrain_options(*bake, options->terrain, {});
-    bake->add_option("--out", options->out, "File to write; one that is there is replaced")
-        ->type_name("FILE.terrane")
+    bake->add_option("--out", options->out,
+                     "File to write; one that is there is replaced. With shards: folder, whose "
+                     "complete shards are kept")
+        ->type_name("FILE.terrane|FOLDER")
         ->required();
+    bake->add_flag("--sharded", options->is_sharded,
+                   "Write a folder of files of up to 200 MB, and terrain.json, which --dem opens: "
+                   "--plan, each --shard, and --combine");
+    bake->add_flag("--plan", options->is_plan,
+                   "Write the plan of the shards, and print their number");
+    bake->add_option("--shard", options->shards,
+                     "Bake only these shards, numbered from 0, in any process on any machine that "
+                     "has the terrain and the folder")
+        ->type_name("K,...")
+        ->delimiter(',');
+    bake->add_flag("--combine", options->is_combine,
+                   "Write terrain.json when all shards are baked; needs no terrain");
+    bake->add_flag("--verify", options->is_verified,
+                   "Bake one of 16 chunks of all shards again, and compare them");
     add_count(*bake, "--levels", options->levels, 1,
               "Levels to bake, from the root squares on; all of them unless said");
     bake->add_option(
@@ -237,7 +351,10 @@ void add_bake_command(CLI::App& app, CommandContext& context) {
         *bake, "--threads", options->threads, 1,
         "Threads that make chunks, as many as the machine has unless said; the file is the same");
     bake->add_flag("--json", options->json, "Print one JSON object");
-    bake->footer("Example: terrane bake --dem tools/data/jacksboro.tif --out jacksboro.terrane");
+    bake->footer(
+        "Examples:\n"
+        "  terrane bake --dem tools/data/jacksboro.tif --out jacksboro.terrane\n"
+        "  terrane bake --dem tools/data/jacksboro.tif --out jacksboro --sharded");
     bake->callback([&context, options] { context.run = [options] { return run_bake(*options); }; });
 }
 

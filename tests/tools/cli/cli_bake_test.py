@@ -55,6 +55,60 @@ class Bake(Folder):
         self.assertEqual(len({summary["sha"] for _, summary in results}), 1)
         self.assertEqual(len({self.read(path) for path, _ in results}), 1)
 
+    def test_shards_give_the_mesh_and_the_ground_of_the_file(self):
+        _, raster = self.hills(300, 200)
+        one, summary = self.bake("one.terrane", "--dem", raster)
+        shards, sharded = self.bake("shards", "--dem", raster, "--sharded")
+        for key in ("chunks", "max_error_m"):
+            self.assertEqual(sharded[key], summary[key])
+        questions = [{"id": i, "op": "height", "x": 37.1 * i - 800, "y": 11.3 * i - 300} for i in range(40)]
+        for terrain in (shards, f"{shards}/terrain.json"):
+            self.assertEqual(self.mesh(["--dem", one], "one.ply")[0], self.mesh(["--dem", terrain], "shards.ply")[0])
+            self.assertEqual(ask(["--dem", one], questions), ask(["--dem", terrain], questions))
+            self.assertEqual(run_json("info", "--dem", terrain)["sha"], sharded["sha"])
+
+    def files(self, folder):
+        return {os.path.relpath(path, folder): self.read(path)
+                for path in glob.glob(f"{folder}/**", recursive=True) if os.path.isfile(path)}
+
+    def test_shards_are_the_same_from_any_processes_that_may_be_killed(self):
+        _, raster = self.hills(900, 300)
+        source = ["--dem", raster, "--detail-m", 5]
+        whole, summary = self.bake("whole", *source, "--sharded")
+        pieces = self.path("pieces")
+        shards = run_json("bake", *source, "--out", pieces, "--plan")["shards"]
+        self.assertGreater(shards, 1)
+        for delay in (0.05, 0.2, 0.4, 0.6):
+            process = subprocess.Popen([PROGRAM, "bake", *map(str, source), "--out", pieces, "--sharded"],
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(delay)
+            process.kill()
+            process.wait()
+        for shard in reversed(range(shards)):
+            done = run_json("bake", *source, "--out", pieces, "--shard", shard, "--threads", 1 + shard % 2)
+            self.assertEqual(done["baked"] + done["found"], 1)
+        self.assertEqual(run_json("bake", "--out", pieces, "--combine")["sha"], summary["sha"])
+        partial = [path for path in self.files(pieces) if ".partial-" in path]
+        for path in partial:  # of the killed processes
+            os.remove(f"{pieces}/{path}")
+        self.assertEqual(self.files(pieces), self.files(whole))
+
+    def test_a_plan_of_another_raster_and_a_shard_that_is_missing_are_one_line(self):
+        _, raster = self.hills(300, 200)
+        out = self.path("shards")
+        run_json("bake", "--dem", raster, "--out", out, "--plan")
+        done = run("bake", "--dem", raster, "--detail-m", 5, "--out", out, "--plan")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+        self.assertIn("plan.json", done.stderr)
+        done = run("bake", "--out", out, "--combine")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+        self.assertIn("shard 0 of", done.stderr)
+        done = run("bake", "--dem", raster, "--out", out, "--shard", 1000)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+        self.assertIn("1000", done.stderr)
+        done = run("info", "--dem", out)
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
+
     def test_every_subcommand_takes_a_baked_terrain(self):
         out, _ = self.bake("a.terrane", "--seed", 5, "--detail-m", 64, "--region", "-4000,-4000,4000,4000")
         terrain = ["--dem", out]

@@ -104,7 +104,7 @@ class WrongValues(Folder):
             *(([*bake, *out, flag, value], *words) for flag, value, *words in (
                 ("--levels", 0, "levels"), ("--levels", 20, "levels", "20"), ("--threads", 1000, "1000"),
                 ("--region", "1,2,3", "region"), ("--region", "5,5,1,1", "region"))),
-            *((["bake", "--seed", 5, "--detail-m", 0.001, *world, *out], "a store holds at most", "20 levels")
+            *((["bake", "--seed", 5, "--detail-m", 0.001, *world, *out], "a store in one file holds at most", "20 levels")
               for world in ([], ["--world-m", 131072])),
             *((["mesh", "--dem", self.path("a.tif"), "--out", self.path(name)], "--out", ".ply, .obj or .glb", name)
               for name in ("m.stl", "m", "m.ply.gz", ".ply")),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <terrane/store/shard_files.h>
 #include <terrane/terrain/height_source.h>
 
 #include <cstdint>
@@ -21,6 +22,8 @@ struct BakeSettings {
     int worker_count = 0;  ///< threads; 0: as many as the machine has. Does not affect the file.
     /// Any bytes, at most 2^20, that are stored in the file and included in StoreInfo::sha.
     std::string note = {};
+    /// ShardBaker only: text that differs if the source differs, such as a hash of its file. UTF-8.
+    std::string fingerprint = {};
     /// Called on the calling thread, between batches of chunks, with the completed share; returning false cancels.
     std::function<bool(double)> progress = {};
 };
@@ -60,15 +63,22 @@ public:
     static Result<StoreInfo> bake(const HeightSource& source, const std::string& path,
                                   const BakeSettings& settings);
 
-    /// Opens a store. Chunks are read and checked on demand, on any thread. Threads share a cache of a raster's samples
-    /// of 8 MiB.
+    /// Opens a store: a file, the folder of a sharded store, or its `terrain.json`. Chunks are read and checked on
+    /// demand, on any thread. Threads share a cache of a raster's samples of 8 MiB.
     ///
     /// Fails: io if it cannot be read; bad_data if it is not a store, has another version, or is damaged
-    /// Cost:  reads the directory, about 64 bytes per chunk
+    /// Cost:  reads the directory, about 64 bytes per chunk, or `terrain.json`
     static Result<std::shared_ptr<const HeightSource>> open(const std::string& path,
                                                             StoreInfo* info_out = nullptr);
+    /// Opens a sharded store. Chunks are read and checked on demand, on any thread; if the files are slow, interval()
+    /// may return the interval of a larger square until a chunk nearby has been read.
+    ///
+    /// Fails: as ShardFiles::read_whole(); bad_data if `terrain.json` has another version or makes no sense
+    /// Cost:  reads `terrain.json`, about 80 bytes for 1365 chunks. Memory: 100 kB for each of the last 256 shards read
+    static Result<std::shared_ptr<const HeightSource>> open(std::shared_ptr<const ShardFiles> files,
+                                                            StoreInfo* info_out = nullptr);
 
-    /// Whether a file is a store, of any version; false if it cannot be read.
+    /// Whether a file or folder is a store, of any version; false if it cannot be read.
     static bool is_store(const std::string& path);
 };
 

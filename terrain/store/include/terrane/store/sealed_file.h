@@ -10,9 +10,14 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace terrane {
+
+namespace internal {
+class OpenFile;
+}
 
 /// A 128-bit hash (XXH3), for identifying content and detecting damage; not cryptographic.
 struct ContentHash {
@@ -69,6 +74,8 @@ public:
     /// Appends the directory and renames the file; call once, last.
     /// Fails: io; the new file is then removed, and a previous one remains
     Result<void> commit(std::span<const std::uint8_t> directory);
+    /// Sets the path under which commit() will leave the file; it must be in the same folder.
+    void set_path(std::string path) { path_ = std::move(path); }
     /// Bytes appended so far; size of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
     /// Path of the incomplete file, until commit().
@@ -102,9 +109,9 @@ public:
     ~SealedReader();
 
     /// Path of the open file.
-    const std::string& path() const { return path_; }
+    const std::string& path() const;
     /// Size of the open file.
-    std::uint64_t bytes() const { return bytes_; }
+    std::uint64_t bytes() const;
     /// The directory of the open file, as given to SealedWriter::commit(); empty after drop_directory().
     std::span<const std::uint8_t> directory() const { return directory_; }
     /// Frees the memory of the directory.
@@ -115,12 +122,10 @@ public:
     Result<void> read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const;
 
 private:
-    SealedReader(std::string path, int handle);
+    explicit SealedReader(std::unique_ptr<const internal::OpenFile> file);
     Result<void> read_directory(const SealedKind& kind);
 
-    std::string path_;
-    int handle_ = -1;
-    std::uint64_t bytes_ = 0;
+    std::unique_ptr<const internal::OpenFile> file_;
     std::vector<std::uint8_t> directory_;
 };
 

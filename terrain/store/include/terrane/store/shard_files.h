@@ -15,10 +15,10 @@ namespace terrane {
 
 /// A range of a file whose bytes never change: the name of a shard depends on its content.
 struct FileRange {
-    std::string name;
-    std::uint64_t file_bytes = 0;  ///< size of the whole file; the range is inside it
-    std::uint64_t offset = 0;
-    std::span<std::uint8_t> bytes_out;
+    std::string name;                   ///< of the file
+    std::uint64_t file_bytes = 0;       ///< size of the whole file; the range is inside it
+    std::uint64_t offset = 0;           ///< of the first byte of the range
+    std::span<std::uint8_t> bytes_out;  ///< of the range
 };
 
 /// Where the files of a sharded store are: a folder, or a server.
