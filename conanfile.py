@@ -13,15 +13,15 @@ class TerraneRecipe(ConanFile):
     license = "MIT"
     package_type = "library"
     settings = "os", "compiler", "build_type", "arch"
-    options = {"shared": [True, False], "store": [True, False], "dem": [True, False], "volume": [True, False],
+    options = {"shared": [True, False], "store": [True, False], "remote": [True, False], "dem": [True, False], "volume": [True, False],
                "playback": [True, False], "render": [True, False]}
-    default_options = {"shared": False, "store": False, "dem": False, "volume": False, "playback": False,
+    default_options = {"shared": False, "store": False, "remote": False, "dem": False, "volume": False, "playback": False,
                        "render": False}
     exports_sources = ("CMakeLists.txt", "LICENSE", "*.md", "cmake/*", "base/*", "terrain/*", "collision/*", "playback/*",
                        "render/*", "docs/*", "examples/*")
 
     def needs_store(self):
-        return self.options.store or self.options.dem or self.options.volume
+        return self.options.store or self.options.remote or self.options.dem or self.options.volume
 
     def requirements(self):
         # Public headers include these two.
@@ -31,6 +31,8 @@ class TerraneRecipe(ConanFile):
             self.requires("zstd/1.5.6")
             self.requires("xxhash/0.8.2")
             self.requires("nlohmann_json/3.11.2")
+        if self.options.remote:
+            self.requires("libcurl/8.6.0")
         if self.options.dem:
             self.requires("gdal/3.8.3")
         if self.options.volume:
@@ -54,6 +56,7 @@ class TerraneRecipe(ConanFile):
         for option in ("TOOLS", "TESTS", "WARNINGS_AS_ERRORS"):
             toolchain.variables[f"TERRANE_{option}"] = False
         toolchain.variables["TERRANE_STORE"] = bool(self.needs_store())
+        toolchain.variables["TERRANE_REMOTE"] = bool(self.options.remote)
         toolchain.variables["TERRANE_DEM"] = bool(self.options.dem)
         toolchain.variables["TERRANE_VOLUME"] = bool(self.options.volume)
         toolchain.variables["TERRANE_PLAYBACK"] = bool(self.options.playback)

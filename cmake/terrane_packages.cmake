@@ -3,6 +3,7 @@
 # pkg-config. Packages depend on pkg-config if CMake uses it to find zstd or epoxy.
 set(terrane_depends_of_dev "libeigen3-dev (>= 3.4), libexpected-dev")
 set(terrane_depends_of_store "libzstd-dev, pkg-config")
+set(terrane_depends_of_remote "libcurl4-openssl-dev (>= 7.85)")
 set(terrane_depends_of_dem "libgdal-dev (>= 3.3)")
 # CMake's find module for OpenVDB needs boost's iostreams, on which the package of OpenVDB does not depend.
 set(terrane_depends_of_volume "libopenvdb-dev (>= 10), libimath-dev, libtbb-dev, libboost-iostreams-dev")
@@ -37,7 +38,7 @@ foreach(component IN LISTS components)
     else()
         string(APPEND depends ", libterrane-dev (= ${PROJECT_VERSION})")
     endif()
-    if(component MATCHES "^(dem|volume)$")
+    if(component MATCHES "^(remote|dem|volume)$")
         string(APPEND depends ", libterrane-store-dev (= ${PROJECT_VERSION})")
     endif()
     set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${name})

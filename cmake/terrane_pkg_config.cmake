@@ -6,6 +6,7 @@ set(terrane_requires_of_Eigen3::Eigen "eigen3 >= 3.4")
 set(terrane_libs_of_tl::expected "") # headers in the compiler's default path
 set(terrane_libs_of_Threads::Threads -pthread)
 set(terrane_requires_of_PkgConfig::zstd libzstd)
+set(terrane_requires_of_CURL::libcurl "libcurl >= 7.85")
 set(terrane_requires_of_GDAL::GDAL "gdal >= 3.3")
 set(terrane_requires_of_OpenVDB::openvdb tbb Imath)
 set(terrane_libs_of_OpenVDB::openvdb -lopenvdb)

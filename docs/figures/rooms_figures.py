@@ -10,8 +10,8 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PLACES = {
     "tools": (30, 0, 370, "ink", ""), "python": (420, 0, 450, "ink", ""),
     "playback": (30, 1, 120, "green", "camera paths"), "render": (170, 1, 160, "green", "OpenGL, shadows"),
-    "adapters": (350, 1, 190, "blue", "other physics engines"), "volume": (560, 1, 150, "ground", "caves, digs"),
-    "dem": (730, 1, 140, "ground", "rasters"),
+    "adapters": (350, 1, 190, "blue", "other physics engines"), "volume": (560, 1, 110, "ground", "caves, digs"),
+    "dem": (685, 1, 80, "ground", "rasters"), "remote": (780, 1, 90, "ground", "HTTP"),
     "scene": (170, 2, 160, "green", "objects of a frame"), "collision": (350, 2, 190, "blue", "contact, bodies"),
     "store": (560, 2, 310, "ground", "baked terrains, caches"),
     "terrain": (30, 3, 840, "ground", "heights, chunks, paging, triangulation, ground queries"),

@@ -14,6 +14,7 @@ SEES = {
     "base": {"base"},
     "terrain": {"terrain", "base"},
     "store": {"store", "terrain", "base"},
+    "remote": {"remote", "store", "terrain", "base"},
     "dem": {"dem", "store", "terrain", "base"},
     "volume": {"volume", "store", "terrain", "base"},
     "collision": {"collision", "terrain", "base"},
@@ -22,9 +23,9 @@ SEES = {
     "scene": {"scene", "terrain", "base"},
     "render": {"render", "scene", "terrain", "base"},
     "python": {"render", "scene", "collision", "dem", "store", "terrain", "base"},
-    "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "store", "terrain", "base"},
+    "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "remote", "store", "terrain", "base"},
 }
-FOLDER = {"store": "terrain/store", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
+FOLDER = {"store": "terrain/store", "remote": "terrain/remote", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold, and keeps the
 # samples of rasters; a device triangulates chunks as terrain does.
 LENT = {"dem": {"terrain/bilinear"}, "store": {"terrain/bilinear", "terrain/chunk"}, "render": {"terrain/chunk", "terrain/lod"}}

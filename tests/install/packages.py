@@ -20,6 +20,7 @@ NAMES = {
     "zstd": ("libzstd-dev", "zstd", "zstd"),
     "xxhash.h": ("libxxhash-dev", "xxhash", "xxhash"),
     "nlohmann/json.hpp": ("nlohmann-json3-dev", "nlohmann-json", "nlohmann_json"),
+    "CURL": ("libcurl4-openssl-dev", "curl", "libcurl"),
     "GDAL": ("libgdal-dev", "gdal", "gdal"),
     "OpenVDB": ("libopenvdb-dev", "openvdb", "openvdb"),
     "epoxy": ("libepoxy-dev", "libepoxy", "libepoxy"),
@@ -35,7 +36,7 @@ NAMES = {
 # Folder of a CMakeLists.txt: the feature of vcpkg.json, the set of Debian's packages (terrane_packages.cmake).
 FEATURES = {
     "base": ("", "dev"), "terrain": ("", "dev"), "collision": ("", "dev"), "render/scene": ("", "dev"), "terrain/store": ("store", "store"),
-    "terrain/dem": ("dem", "dem"), "terrain/volume": ("volume", "volume"), "render": ("render", "render"),
+    "terrain/remote": ("remote", "remote"), "terrain/dem": ("dem", "dem"), "terrain/volume": ("volume", "volume"), "render": ("render", "render"),
     "playback": ("playback", "playback"), "collision/adapters": ("", "dev"),
     "tools": ("tools", None), "tests": ("tests", None), "tests/benchmark": ("tests", None),
 }
