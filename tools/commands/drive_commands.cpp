@@ -115,6 +115,7 @@ CommandResult<void> run_drive(const DriveOptions& options, const CLI::App& comma
     summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     summary["path"] = options.path;
     summary["terrain"] = terrain.name;
+    describe_http(terrain, summary);
     TERRANE_TRY(output.finish("Drive over " + terrain.name, summary));
     TERRANE_TRY(end_record(recorder, drive.state_hash(), summary));
     print_summary(summary, options.json);
@@ -217,6 +218,7 @@ CommandResult<void> run_walk(const WalkOptions& options, const CLI::App& command
     summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     summary["path"] = options.path;
     summary["terrain"] = terrain.name;
+    describe_http(terrain, summary);
     TERRANE_TRY(output.finish("Walk over " + terrain.name, summary));
     TERRANE_TRY(end_record(recorder, walk.state_hash(), summary));
     print_summary(summary, options.json);

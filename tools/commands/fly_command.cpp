@@ -140,6 +140,7 @@ nlohmann::ordered_json summarize(const FlyOptions& options, const Terrain& terra
     summary["seconds"] = static_cast<double>(output.frames().size()) / options.fps;
     if (options.replay.empty()) summary["path"] = options.path;
     summary["terrain"] = terrain.name;
+    describe_http(terrain, summary);
     return summary;
 }
 

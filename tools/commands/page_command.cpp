@@ -144,6 +144,7 @@ Result<void> write_files(const PageOptions& options, const Terrain& terrain, con
     }
     nlohmann::ordered_json summary;
     summary["terrain"] = terrain.name;
+    describe_http(terrain, summary);
     summary["flights"] = plan.jobs.size();
     if (rows.size() < plan.rows.size()) summary["interrupted"] = true;
     summary["seconds"] = options.seconds;

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kChoices{"--dem", "--seed", "--scene"};
 // These depend on the machine, not on the terrain.
-constexpr std::array<std::string_view, 2> kMachineFlags{"--cache", "--dem-memory-mb"};
+constexpr std::array<std::string_view, 4> kMachineFlags{"--cache", "--dem-memory-mb",
+                                                        "--http-cache", "--http-cache-mb"};
 
 std::vector<const CLI::Option*> terrain_flags_of(const CLI::App& command) {
     return command.get_options([](const CLI::Option* option) {
@@ -89,6 +90,7 @@ CommandResult<TerrainOptions> terrain_options_of(const RunRecord& record,
     }
     options.scene_parts = given.scene_parts;
     options.cache = given.cache;
+    options.http = given.http;
     options.dem_memory_mb = given.dem_memory_mb;
     return options;
 }

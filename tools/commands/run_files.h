@@ -36,12 +36,12 @@ std::string hash_text(std::uint64_t state_hash);
 
 /// Whether a command line chooses a terrain: --dem, --seed or --scene.
 bool chooses_terrain(const CLI::App& command);
-/// The flags of a terrain that have no effect without such a choice: all but --cache and --dem-memory-mb.
+/// The flags of a terrain that have no effect without such a choice: all but those of caches and --dem-memory-mb.
 std::vector<std::string> terrain_detail_flags(const CLI::App& command);
 
 /// The terrain options of a record.
 ///
-/// @param given of the command line: its command, scene parts, cache and memory limit are used
+/// @param given of the command line: its command, scene parts, caches and memory limit are used
 ///
 /// Fails: exit_failed if a flag of the record is no flag of a terrain
 CommandResult<TerrainOptions> terrain_options_of(const RunRecord& record,

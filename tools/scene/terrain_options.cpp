@@ -251,14 +251,71 @@ CommandResult<Terrain> begin_at(const TerrainOptions& options, Terrain terrain) 
     return terrain;
 }
 
+std::string user_cache_folder() {
+    // relative paths must be ignored: XDG Base Directory Specification 0.8
+    const char* const xdg = std::getenv("XDG_CACHE_HOME");
+    if (xdg != nullptr && xdg[0] == '/') return std::string(xdg) + "/terrane";
+    const char* const home = std::getenv("HOME");
+    if (home != nullptr && home[0] == '/') return std::string(home) + "/.cache/terrane";
+    return {};
+}
+
+/// The terrain of an opened store.
+Terrain terrain_of_store(std::shared_ptr<const HeightSource> source, const StoreInfo& info,
+                         std::string name) {
+    Terrain terrain{
+        .source = std::move(source), .dem = std::nullopt, .name = std::move(name), .store = info};
+    if (info.note.empty()) return terrain;
+    try {
+        const nlohmann::json note = nlohmann::json::parse(info.note);
+        DemInfo dem;
+        dem.columns = note.at("samples").at(0).get<int>();
+        dem.rows = note.at("samples").at(1).get<int>();
+        dem.cell_x = note.at("cell_m").at(0).get<double>();
+        dem.cell_y = note.at("cell_m").at(1).get<double>();
+        dem.min_m = note.at("range_m").at(0).get<double>();
+        dem.max_m = note.at("range_m").at(1).get<double>();
+        dem.nodata_share = note.at("nodata_share").get<double>();
+        dem.filled_share = note.at("filled_share").get<double>();
+        dem.crs = note.at("crs").get<std::string>();
+        dem.crs_wkt = note.value("crs_wkt", std::string());
+        if (const auto place = note.find("tangent_plane_at"); place != note.end()) {
+            dem.projection = DemProjection::local;
+            dem.middle_longitude = place->at(0).get<double>();
+            dem.middle_latitude = place->at(1).get<double>();
+        }
+        dem.geographic = note.at("geographic").get<bool>();
+        dem.centre_x = note.at("centre").at(0).get<double>();
+        dem.centre_y = note.at("centre").at(1).get<double>();
+        dem.metres_per_unit_x = note.at("metres_per_unit").at(0).get<double>();
+        dem.metres_per_unit_y = note.at("metres_per_unit").at(1).get<double>();
+        dem.scale_error = note.at("scale_error").get<double>();
+        dem.resampling_error = note.value("resampling_error_m", 0.0);
+        terrain.dem = dem;
+    } catch (const nlohmann::json::exception&) {
+        // another program wrote the note; the terrain does not need it
+    }
+    return terrain;
+}
+
 CommandResult<Terrain> open_dem(const TerrainOptions& options) {
-    if (ChunkStore::is_store(options.dem)) {
+    const bool is_remote = is_http_store(options.dem);
+    if (is_remote || ChunkStore::is_store(options.dem)) {
         if (options.seed) return usage_error("--seed does not go with a baked terrain");
         if (options.detail_m) return usage_error("--detail-m does not go with a baked terrain");
         if (!options.raster.is_empty()) {
             return usage_error(fmt::format("{} do not go with a baked terrain", kRasterFlags));
         }
-        TERRANE_TRY(Terrain baked, open_baked(options.dem));
+        if (!is_remote) {
+            TERRANE_TRY(Terrain baked, open_baked(options.dem));
+            return begin_at(options, std::move(baked));
+        }
+        TERRANE_TRY(const auto files,
+                    open_http_store(options.dem, options.http, user_cache_folder()));
+        StoreInfo info;
+        TERRANE_TRY(auto source, ChunkStore::open(files, &info));
+        Terrain baked = terrain_of_store(std::move(source), info, files->place());
+        baked.http = files;
         return begin_at(options, std::move(baked));
     }
     DemSettings settings;
@@ -354,7 +411,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
     options.scene_parts.assign(scene_parts.begin(), scene_parts.end());
     app.add_option("--dem", options.dem,
                    "Raster of heights, in any format that GDAL reads, or a terrain that 'terrane "
-                   "bake' wrote")
+                   "bake' wrote, or the address of its folder or terrain.json on an HTTP server")
         ->type_name("FILE")
         ->group("Terrain");
     std::optional<std::uint64_t>* const seed = &options.seed;
@@ -397,6 +454,7 @@ void add_terrain_options(CLI::App& app, TerrainOptions& options,
            "folder, 'beside' the raster, or 'off'; without it the user's cache folder")
         ->type_name("DIR")
         ->group("Terrain");
+    add_http_options(app, options.http);
     add_raster_options(app, options.raster);
     std::optional<double>* const detail = &options.detail_m;
     app.add_option_function<std::string>(
@@ -505,7 +563,8 @@ CommandResult<TerrainOptions> parse_scene(const std::string& text, const std::st
         if (key == "dem") {
             if (!value.is_string() || value.get<std::string>().empty()) return wrong("a path");
             // GDAL's virtual paths (/vsizip/...) are absolute too
-            options.dem = raster_path(folder, value.get<std::string>());
+            options.dem = value.get<std::string>();
+            if (!is_http_store(options.dem)) options.dem = raster_path(folder, options.dem);
         } else if (key == "seed") {
             if (!value.is_number_unsigned()) return wrong("a whole number of at least 0");
             options.seed = value.get<std::uint64_t>();
@@ -587,6 +646,7 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
         scene.dem_memory_mb = options.dem_memory_mb;
         scene.raster.override_by(options.raster);
         scene.cache = options.cache;
+        scene.http = options.http;
         std::vector<std::string> unused = scene.scene_parts;
         std::erase_if(unused, [&](const std::string& key) {
             return std::ranges::find(options.scene_parts, key) != options.scene_parts.end();
@@ -617,19 +677,6 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options) {
     return usage_error("no terrain chosen: give --dem FILE, --seed N, both, or --scene FILE.json");
 }
 
-namespace {
-
-std::string user_cache_folder() {
-    // relative paths must be ignored: XDG Base Directory Specification 0.8
-    const char* const xdg = std::getenv("XDG_CACHE_HOME");
-    if (xdg != nullptr && xdg[0] == '/') return std::string(xdg) + "/terrane";
-    const char* const home = std::getenv("HOME");
-    if (home != nullptr && home[0] == '/') return std::string(home) + "/.cache/terrane";
-    return {};
-}
-
-}  // namespace
-
 std::string note_of(const Terrain& terrain) {
     if (!terrain.dem) return {};
     const DemInfo& dem = *terrain.dem;
@@ -654,38 +701,11 @@ std::string note_of(const Terrain& terrain) {
 CommandResult<Terrain> open_baked(const std::string& path) {
     StoreInfo info;
     TERRANE_TRY(std::shared_ptr<const HeightSource> source, ChunkStore::open(path, &info));
-    Terrain terrain{.source = source, .dem = std::nullopt, .name = path, .store = info};
-    if (info.note.empty()) return terrain;
-    try {
-        const nlohmann::json note = nlohmann::json::parse(info.note);
-        DemInfo dem;
-        dem.columns = note.at("samples").at(0).get<int>();
-        dem.rows = note.at("samples").at(1).get<int>();
-        dem.cell_x = note.at("cell_m").at(0).get<double>();
-        dem.cell_y = note.at("cell_m").at(1).get<double>();
-        dem.min_m = note.at("range_m").at(0).get<double>();
-        dem.max_m = note.at("range_m").at(1).get<double>();
-        dem.nodata_share = note.at("nodata_share").get<double>();
-        dem.filled_share = note.at("filled_share").get<double>();
-        dem.crs = note.at("crs").get<std::string>();
-        dem.crs_wkt = note.value("crs_wkt", std::string());
-        if (const auto place = note.find("tangent_plane_at"); place != note.end()) {
-            dem.projection = DemProjection::local;
-            dem.middle_longitude = place->at(0).get<double>();
-            dem.middle_latitude = place->at(1).get<double>();
-        }
-        dem.geographic = note.at("geographic").get<bool>();
-        dem.centre_x = note.at("centre").at(0).get<double>();
-        dem.centre_y = note.at("centre").at(1).get<double>();
-        dem.metres_per_unit_x = note.at("metres_per_unit").at(0).get<double>();
-        dem.metres_per_unit_y = note.at("metres_per_unit").at(1).get<double>();
-        dem.scale_error = note.at("scale_error").get<double>();
-        dem.resampling_error = note.value("resampling_error_m", 0.0);
-        terrain.dem = dem;
-    } catch (const nlohmann::json::exception&) {
-        // another program wrote the note; the terrain does not need it
-    }
-    return terrain;
+    return terrain_of_store(std::move(source), info, path);
+}
+
+void describe_http(const Terrain& terrain, nlohmann::ordered_json& summary_out) {
+    if (terrain.http) summary_out["http"] = describe(terrain.http->statistics());
 }
 
 DemCache choose_cache(const std::string& option) {

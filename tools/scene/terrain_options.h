@@ -2,6 +2,7 @@
 #pragma once
 
 #include "program/command.h"
+#include "scene/http_terrain.h"
 #include "scene/raster_options.h"
 #include "scene/scene_bodies.h"
 #include "scene/scene_nodes.h"
@@ -64,7 +65,7 @@ WorldVec2 middle_of(const WorldRect& rect);
 
 /// The terrain of a subcommand: --dem, --seed, both, or --scene.
 struct TerrainOptions {
-    std::string dem;                     ///< path of a raster or a baked terrain; "" for none
+    std::string dem;  ///< path of a raster, or path or address of a baked terrain; "" for none
     std::optional<std::uint64_t> seed;   ///< of the fractal, or of the detail on the raster
     std::optional<FractalKind> fractal;  ///< fbm if absent; only without a raster
     std::string scene;                   ///< path of a JSON file; "" for none
@@ -85,12 +86,13 @@ struct TerrainOptions {
     std::optional<WorldVec2> start = std::nullopt;           ///< start position of commands, metres
     std::optional<WorldVec2> start_lonlat = std::nullopt;    ///< the same as longitude and latitude
     std::string cache;         ///< a folder, "beside" or "off"; "": the user's cache folder
+    HttpOptions http = {};     ///< of a baked terrain at an address
     std::string command = {};  ///< name of the command, for notes
     std::vector<std::string> scene_parts = {};  ///< see add_terrain_options(); of a scene: its own
 };
 
 /// Adds --dem, --seed, --fractal, --scene, --detail-m, --world-m, --start-m, --start-lonlat, --dem-memory-mb, --cache
-/// and the flags of RasterOptions. `options` must outlive the app's parse().
+/// and the flags of HttpOptions and RasterOptions. `options` must outlive the app's parse().
 ///
 /// @param scene_parts keys of a scene that the command uses, among bodies, surface, volumes, objects, nodes, imagery,
 ///                    materials and water (and water_m): open_terrain() notes the others that a scene has
@@ -103,7 +105,8 @@ struct Terrain {
     std::optional<DemInfo> dem;                     ///< of a raster
     std::string name;                               ///< for messages: the raster's path or the seed
     std::optional<StoreInfo> store = std::nullopt;  ///< of a baked terrain
-    std::vector<PlacedBody> bodies = {};            ///< of a scene
+    std::shared_ptr<const HttpFiles> http = {};  ///< of a baked terrain at an address; null: none
+    std::vector<PlacedBody> bodies = {};         ///< of a scene
     std::shared_ptr<const SurfaceMap> surface = {};          ///< of a scene; null: none
     std::shared_ptr<const SceneVolumeField> volumes = {};    ///< of a scene; null: none
     std::shared_ptr<const SceneObjects> objects = {};        ///< of a scene; null: none
@@ -159,6 +162,9 @@ CommandResult<Terrain> open_terrain(const TerrainOptions& options);
 
 /// The description of the raster of a terrain, for the note of its store; "" without a raster.
 std::string note_of(const Terrain& terrain);
+
+/// Adds "http", the statistics of a terrain at an address, to a summary.
+void describe_http(const Terrain& terrain, nlohmann::ordered_json& summary_out);
 
 /// Opens a terrain written by `terrane bake`.
 CommandResult<Terrain> open_baked(const std::string& path);

@@ -1,0 +1,141 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Baked terrains on an HTTP server, which this script is."""
+
+import csv
+import http.server
+import os
+import re
+import shutil
+import threading
+
+os.environ["no_proxy"] = "127.0.0.1"  # before the program's server starts
+from program import Folder, ask, main, run, run_json
+
+FLIGHT = ["--path", "straight", "--seconds", 1, "--fps", 10, "--threads", 0, "--budget", 20_000, "--size", "160x90"]
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):
+        server = self.server
+        path = os.path.join(server.folder, os.path.basename(self.path.split("?")[0]))
+        server.requests.append((self.path, self.headers["Range"], self.headers["Authorization"]))
+        if server.faults:
+            self.send_response(server.faults.pop())
+            self.send_header("Content-Length", "0")
+            self.end_headers()
+            return
+        if not os.path.isfile(path):
+            self.send_error(404)
+            return
+        with open(path, "rb") as file:
+            content = file.read()
+        wanted = re.match(r"bytes=(\d+)-(\d+)$", self.headers["Range"] or "")
+        if wanted:
+            first, last = map(int, wanted.groups())
+            self.send_response(206)
+            self.send_header("Content-Range", f"bytes {first}-{last}/{len(content)}")
+            content = content[first:last + 1]
+        else:
+            self.send_response(200)
+        self.send_header("Content-Length", str(len(content)))
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, *_):
+        pass
+
+
+class Remote(Folder):
+    def setUp(self):
+        super().setUp()
+        _, raster = self.hills(300, 200)
+        self.store = self.path("store")
+        run_json("bake", "--dem", raster, "--out", self.store, "--sharded")
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.server.folder, self.server.requests, self.server.faults = self.store, [], []
+        thread = threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(self.server.server_close)
+        self.addCleanup(self.server.shutdown)
+        self.address = f"http://127.0.0.1:{self.server.server_port}/world/"
+        self.cache = ["--http-cache", self.path("cache")]
+
+    def fly(self, name, *terrain):
+        out = self.path(name)
+        summary = run_json("fly", *terrain, *FLIGHT, "--out", out)
+        with open(f"{out}/frames.csv") as file:
+            rows = list(csv.DictReader(file))
+        return summary, [[row[key] for key in ("eye_x_m", "eye_y_m", "triangles", "error_px")] for row in rows]
+
+    def mesh(self, name, *terrain):
+        out = self.path(name)
+        run_json("mesh", *terrain, "--eye=0,-900,900", "--look=0,0,500", "--budget", 30_000, "--out", out)
+        return self.read(out)
+
+    def test_a_flight_has_the_meshes_of_the_folder(self):
+        summary, frames = self.fly("folder", "--dem", self.store)
+        self.assertNotIn("http", summary)
+        summary, remote = self.fly("remote", "--dem", self.address, *self.cache)
+        self.assertEqual(frames, remote)
+        self.assertEqual(summary["terrain"], self.address)
+        http = summary["http"]
+        self.assertEqual(http["requests"], len(self.server.requests))
+        self.assertGreater(http["bytes"], 0)
+        self.assertEqual((http["failures"], http["retries"], http["cache_faults"]), ({}, 0, 0))
+
+        # Again: from the cache, all but terrain.json. And the mesh of a view, whose blocks are there too.
+        count = len(self.server.requests)
+        summary, remote = self.fly("again", "--dem", self.address + "terrain.json", *self.cache)
+        self.assertEqual(frames, remote)
+        self.assertEqual(len(self.server.requests), count + 1)
+        self.assertGreater(summary["http"]["disk_hits"], 0)
+        self.assertEqual(self.mesh("folder.ply", "--dem", self.store), self.mesh("remote.ply", "--dem", self.address, *self.cache))
+        questions = [{"id": i, "op": "height", "x": 37.1 * i - 800, "y": 11.3 * i - 300} for i in range(40)]
+        self.assertEqual(ask(["--dem", self.store], questions), ask(["--dem", self.address, *self.cache], questions))
+
+    def test_faults_of_the_server_do_not_change_the_flight(self):
+        _, frames = self.fly("folder", "--dem", self.store)
+        self.server.faults = [500, 503]
+        summary, remote = self.fly("remote", "--dem", self.address, "--http-cache", "off")
+        self.assertEqual(frames, remote)
+        self.assertEqual(summary["http"]["failures"], {"busy": 1, "server_error": 1})
+        self.assertEqual(summary["http"]["retries"], 2)
+
+    def test_the_cache_is_a_folder_with_a_ceiling(self):
+        terrain = ["--dem", self.address]
+        run_json("info", *terrain)
+        user = os.path.join(os.environ["XDG_CACHE_HOME"], "terrane", "http")
+        shutil.rmtree(user, ignore_errors=True)
+        self.fly("user", *terrain)
+        self.assertTrue(os.path.isdir(user))
+        shutil.rmtree(user)
+        self.fly("off", *terrain, "--http-cache", "off", "--http-cache-mb", 8)
+        self.assertFalse(os.path.exists(user))
+        self.assert_refused(run("info", *terrain, "--http-cache-mb", 7), [2], "--http-cache-mb", "8 to 1e+09", "7")
+
+    def test_secrets_are_sent_and_not_shown(self):
+        secret = self.address.replace("//", "//me:hidden@") + "?hidden=1"
+        summary = run_json("info", "--dem", secret, "--http-cache", "off")
+        self.assertEqual(summary["terrain"], self.address)
+        self.assertEqual(self.server.requests[0], ("/world/terrain.json?hidden=1", None, "Basic bWU6aGlkZGVu"))
+        os.remove(f"{self.store}/terrain.json")
+        done = run("info", "--dem", secret, "--http-cache", "off")
+        self.assert_refused(done, [1], self.address + "terrain.json", "status 404")
+        self.assertNotIn("hidden", done.stderr)
+
+    def test_what_cannot_be_opened_is_one_line(self):
+        self.assert_refused(run("info", "--dem", "http://127.0.0.1:99999/"), [1, 2], "http://127.0.0.1:99999/")
+        self.assert_refused(run("info", "--dem", self.address, "--seed", 1), [2], "--seed")
+        self.server.faults = [404]
+        self.assert_refused(run("info", "--dem", self.address + "terrain.json"), [1], "status 404 (not found)")
+        with open(f"{self.store}/terrain.json", "w") as file:
+            file.write("{}")
+        self.assert_refused(run("info", "--dem", self.address), [1], self.address)
+
+
+if __name__ == "__main__":
+    main()
