@@ -234,6 +234,7 @@ TEST_F(HttpFilesTest, TwoObjectsShareTheDiskCache) {
 TEST_F(HttpFilesTest, MemoryHasACeiling) {
     HttpSettings settings = quick_settings();
     settings.memory_bytes = settings.request_bytes;  // four blocks
+    settings.connection_count = 1;                   // one after the other
     const auto files = open_files(server_.url(), settings);
     EXPECT_EQ(read_one(*files, 0, 8 * kBlock, kFileBytes), "");
     EXPECT_EQ(read_one(*files, 4 * kBlock, 4 * kBlock, kFileBytes), "");

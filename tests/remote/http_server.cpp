@@ -221,6 +221,10 @@ bool HttpServer::answer(int handle, const Request& request) {
                 total + "\r\n";
     }
     if (is(Kind::encoded)) head += "Content-Encoding: gzip\r\n";
+    if (is(Kind::no_length)) {  // it ends with the connection
+        send_all(handle, head + "\r\n" + body);
+        return false;
+    }
     head += "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n";
     if (is(Kind::drip)) return send_all(handle, head) && send_slowly(handle, body);
     if (is(Kind::cut_short)) {

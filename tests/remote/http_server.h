@@ -27,6 +27,7 @@ struct ServerFault {
         ignore_range,  ///< status 200 and the whole file
         wrong_range,   ///< the range that begins one byte later
         wrong_total,   ///< says that the file has one byte more
+        no_length,     ///< does not say how long the body is
         no_total,      ///< does not say how long the file is
         no_range,      ///< status 206 without Content-Range
         too_much,      ///< more body than the range has
