@@ -116,12 +116,12 @@ TEST(BlockCache, StaysBelowItsCeilingAndKeepsWhatIsUsed) {
     std::vector<std::unique_ptr<BlockCache>> caches;
     for (int i = 0; i < 4; ++i)
         caches.push_back(std::make_unique<BlockCache>(folder.path(), ceiling));
-    for (std::uint64_t i = 0; i < 400; ++i) {
+    for (std::uint64_t i = 0; i < 200; ++i) {
         caches[i % 4]->insert(key_of(i), content_of(key_of(i)));
         EXPECT_TRUE(holds(*caches[(i + 1) % 4], key_of(0))) << i;
         ASSERT_LE(bytes_in(folder.path()), ceiling);
     }
-    EXPECT_TRUE(holds(*caches[0], key_of(399)));
+    EXPECT_TRUE(holds(*caches[0], key_of(199)));
     EXPECT_FALSE(holds(*caches[0], key_of(1)));
     // More than half of the ceiling is in use.
     EXPECT_GT(bytes_in(folder.path()), ceiling / 2);
