@@ -134,7 +134,7 @@ TEST_P(HttpFaults, EndsInOneClearLine) {
     const auto files = open_files(server_.url(), impatient_settings(each));
     server_.fail_always(kShard, each.fault);
     const Read read(2 * kBlock, 100, kFileBytes);
-    const FileRange range = read.range();
+    const FileRange& range = read.range();
     const auto done = files->read({&range, 1}, {});
     ASSERT_FALSE(done.has_value());
     const std::string& message = done.error().message;
@@ -301,7 +301,7 @@ TEST_F(HttpReplies, AConnectionThatHangsTimesOut) {
     const auto files =
         open_files("https://127.0.0.1:" + std::to_string(ntohs(address.sin_port)) + "/", settings);
     const Read read(0, 10, kFileBytes);
-    const FileRange range = read.range();
+    const FileRange& range = read.range();
     const auto done = files->read({&range, 1}, {});
     EXPECT_EQ(done.error().code, ErrorCode::timed_out) << done.error().message;
     EXPECT_EQ(files->statistics().failures.timed_out, 2u);

@@ -296,7 +296,7 @@ TEST_F(HttpFilesTest, AStopEndsTheTransfer) {
     server_.fail_always(kShard, {.kind = ServerFault::Kind::drip, .text = {}});
     std::stop_source stop;
     const Read read(0, 10, kFileBytes);
-    const FileRange range = read.range();
+    const FileRange& range = read.range();
     auto call = std::async(std::launch::async, [&] {
         return files->read({&range, 1}, stop.get_token());
     });
@@ -317,7 +317,7 @@ TEST_F(HttpFilesTest, AStopLeavesTheTransferToOtherCalls) {
     server_.hold();
     std::stop_source stop;
     const Read read(0, 10, kFileBytes);
-    const FileRange range = read.range();
+    const FileRange& range = read.range();
     auto stopped = std::async(std::launch::async, [&] {
         return files->read({&range, 1}, stop.get_token());
     });

@@ -71,7 +71,7 @@ private:
 inline std::string read_one(const ShardFiles& files, std::uint64_t offset, std::size_t size,
                             std::uint64_t file_bytes) {
     const Read read(offset, size, file_bytes);
-    const FileRange range = read.range();
+    const FileRange& range = read.range();
     if (auto done = files.read({&range, 1}, {}); !done) return done.error().message;
     return read.is_right() ? "" : "wrong bytes";
 }

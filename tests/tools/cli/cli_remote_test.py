@@ -48,13 +48,17 @@ class Handler(http.server.BaseHTTPRequestHandler):
         pass
 
 
+class Server(http.server.ThreadingHTTPServer):
+    request_queue_size = 64  # connections beyond the queue wait for a second
+
+
 class Remote(Folder):
     def setUp(self):
         super().setUp()
         _, raster = self.hills(300, 200)
         self.store = self.path("store")
         run_json("bake", "--dem", raster, "--out", self.store, "--sharded")
-        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.server = Server(("127.0.0.1", 0), Handler)
         self.server.folder, self.server.requests, self.server.faults = self.store, [], []
         thread = threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05})
         thread.start()
