@@ -54,7 +54,7 @@ public:
         bool are_in_place = false;  ///< see are_in_place(); to be set before decide()
         bool is_drawn = false;      ///< set by decide()
     };
-    /// In the order of the resident set, which is that of the groups of pins().
+    /// One for each group of pins(), in the same order.
     std::span<Replacement> replacements() { return replacements_; }
 
     /// Decides which volumes are drawn.

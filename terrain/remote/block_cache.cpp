@@ -54,7 +54,7 @@ bool are_digits(std::string_view text) {
     });
 }
 
-/// Whether a file's name is that of a block, or of one that is being written. Other files are never touched.
+/// Whether the cache has written a file: complete or temporary blocks. All other files in the folder are kept.
 bool is_block_name(std::string_view name) {
     return name.size() >= kDigits + kExtension.size() && are_digits(name.substr(0, kDigits)) &&
            name.substr(kDigits).starts_with(kExtension);
@@ -106,8 +106,8 @@ std::optional<std::vector<std::uint8_t>> BlockCache::find(const BlockKey& key) {
     const int handle = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (handle < 0) return std::nullopt;
     std::array<std::uint8_t, kHeaderBytes> header{};
-    std::vector<std::uint8_t> content(key.bytes +
-                                      1);  // one more, to notice a file that is too long
+    // one byte more, to notice a file that is too long
+    std::vector<std::uint8_t> content(key.bytes + 1);
     const bool has_header = read_file(handle, header) == header.size();
     content.resize(has_header ? read_file(handle, content) : 0);
     const bool is_whole = has_header && content.size() == key.bytes &&

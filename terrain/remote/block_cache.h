@@ -53,8 +53,8 @@ private:
     const std::string folder_;
     const std::uint64_t most_bytes_;
     std::mutex mutex_;  // of the count below
-    std::optional<std::uint64_t>
-        written_;  // bytes since the files were counted; nothing: they never were
+    // bytes since the files were counted; nothing: they never were
+    std::optional<std::uint64_t> written_;
     std::atomic<std::uint64_t> damaged_blocks_{0}, faults_{0};
 };
 

@@ -225,10 +225,11 @@ Result<std::vector<std::uint8_t>> BlockFetcher::fetch_whole(const std::string& n
     return *pieces[0]->result;
 }
 
-void BlockFetcher::add_statistics(HttpStatistics& statistics_out) const {
+HttpStatistics BlockFetcher::statistics() const {
     const std::lock_guard lock(mutex_);
-    statistics_out = counts_;
-    if (busy_seconds_ > 0.0) statistics_out.bandwidth = busy_bytes_ / busy_seconds_;
+    HttpStatistics statistics = counts_;
+    if (busy_seconds_ > 0.0) statistics.bandwidth = busy_bytes_ / busy_seconds_;
+    return statistics;
 }
 
 void BlockFetcher::run() {

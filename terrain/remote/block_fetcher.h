@@ -26,9 +26,9 @@ using SharedBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
 /// Reads blocks of files over HTTP, on a thread of its own, and keeps the last ones in memory.
 ///
-/// Calls that want the same block at the same time share one request. Neighbouring blocks that wait to be requested
-/// are merged into one request. A request that failed is repeated later; a request for whose blocks nobody waits any
-/// more is stopped. Threads: any number at once
+/// Concurrent calls for one block share its request. Neighbouring blocks in the queue are merged into one request. A
+/// failed request is repeated after a delay. A request is stopped when no call waits for its blocks. Threads: any
+/// number at once
 class BlockFetcher {
 public:
     /// Starts the thread.
@@ -56,8 +56,8 @@ public:
     Result<std::vector<std::uint8_t>> fetch_whole(const std::string& name, std::uint64_t most_bytes,
                                                   Clock::time_point deadline);
 
-    /// Sets the counts of requests, and those of blocks in memory.
-    void add_statistics(HttpStatistics& statistics_out) const;
+    /// All statistics but those of the disk cache.
+    HttpStatistics statistics() const;
 
 private:
     struct Wait;

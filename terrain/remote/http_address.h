@@ -12,8 +12,8 @@ namespace terrane::internal {
 
 /// Where the files of a server are.
 struct HttpAddress {
-    std::string
-        folder;  ///< scheme, host, port and path up to its last slash; without user and password
+    /// Scheme, host, port and path up to its last slash; without user and password.
+    std::string folder;
     std::string query;           ///< from the question mark on, or empty; may be a secret
     std::string user, password;  ///< decoded; empty: none
     bool is_secure = false;      ///< https

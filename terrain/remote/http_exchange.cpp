@@ -143,7 +143,6 @@ HttpExchange::HttpExchange(const HttpClient& client, HttpRequest request,
     curl_easy_setopt(handle_, CURLOPT_HEADERDATA, this);
     curl_easy_setopt(handle_, CURLOPT_WRITEFUNCTION, &HttpExchange::on_body);
     curl_easy_setopt(handle_, CURLOPT_WRITEDATA, this);
-    curl_easy_setopt(handle_, CURLOPT_PRIVATE, this);
     if (request_.file_bytes) {
         const std::string range = std::to_string(request_.offset) + "-" +
                                   std::to_string(request_.offset + request_.bytes - 1);
@@ -283,7 +282,8 @@ HttpFault HttpExchange::status_fault() const {
         if (seconds > 0) fault.retry_in = static_cast<double>(seconds);
     } else if (code >= 500) {
         fault.kind = &HttpFailures::server_error;
-        fault.is_transient = code != 501 && code != 505;  // not implemented; version of HTTP
+        // A server that lacks the method (501) or the version of HTTP (505) lacks it again.
+        fault.is_transient = code != 501 && code != 505;
     }
     return fault;
 }

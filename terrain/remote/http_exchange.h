@@ -28,10 +28,10 @@ inline Clock::duration to_duration(double seconds) {
 /// What a server is asked for: bytes of a file, or the whole file.
 struct HttpRequest {
     std::string name;  ///< of the file
-    std::uint64_t offset = 0,
-                  bytes = 0;  ///< range; for a whole file, `bytes` is the most that is accepted
-    std::optional<std::uint64_t>
-        file_bytes;  ///< size that the file must have; nothing: the whole file is wanted
+    std::uint64_t offset = 0;
+    std::uint64_t bytes = 0;  ///< of the range; of a whole file, the most that are accepted
+    /// Size that the file must have; nothing: the whole file is wanted.
+    std::optional<std::uint64_t> file_bytes;
 };
 
 /// Why a request failed.
@@ -66,7 +66,7 @@ private:
     std::unique_ptr<curl_slist, FreeList> headers_;
 };
 
-/// One request and its reply, which it checks. Threads: that of the transfers
+/// Sends one request and checks its reply. Threads: that of the transfers
 class HttpExchange {
 public:
     /// @param take  is called with the wanted bytes as they arrive, in order

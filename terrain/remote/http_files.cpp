@@ -111,8 +111,7 @@ public:
     }
 
     HttpStatistics statistics() const override {
-        HttpStatistics statistics;
-        fetcher_.add_statistics(statistics);
+        HttpStatistics statistics = fetcher_.statistics();
         statistics.disk_hits = disk_hits_;
         statistics.discarded = discard_count_;
         statistics.damaged_blocks = disk_.damaged_blocks();

@@ -56,7 +56,8 @@ public:
     double rounding() const override { return raster_.rounding; }
     Result<void> read(std::int64_t column, std::int64_t row, int columns, int rows,
                       std::span<double> heights_out) const override;
-    /// Reads the squares that make_chunk() needs for a chunk, all at the same time. Fails: as StoreRecords::squares()
+    /// If records are slow, reads the squares that make_chunk() needs for a chunk, all at the same time.
+    /// Fails: as StoreRecords::squares()
     Result<void> prefetch(const ChunkKey& key, const std::stop_token& stop) const;
 
 private:
@@ -212,6 +213,7 @@ Result<StoredSamples::Square> StoredSamples::read_square(int x, int y) const {
 }
 
 Result<void> StoredSamples::prefetch(const ChunkKey& key, const std::stop_token& stop) const {
+    if (!records_.is_slow()) return {};  // each is read when it is needed
     const Lattice& lattice = records_.world().lattice;
     const LatticePoint corner = lattice.corner(key);
     const std::int64_t side = lattice.chunk_side(key.level);

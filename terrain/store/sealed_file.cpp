@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "open_file.h"
+#include "file_io.h"
 
 #include <terrane/store/bytes.h>
 #include <terrane/store/sealed_file.h>
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cerrno>
 #include <cstring>
 #include <limits>
 #include <utility>
@@ -24,6 +21,8 @@
 #include <string>
 
 namespace terrane {
+
+using namespace internal;
 
 std::string ContentHash::text() const {
     char digits[33];
@@ -122,78 +121,26 @@ std::vector<std::uint8_t> encode(const Header& header) {
     return out.bytes();
 }
 
-std::string in_quotes(const std::string& path) { return "\"" + path + "\""; }
-
-/// The folder of a path.
-std::string folder_of(const std::string& path) {
-    const std::size_t slash = path.rfind('/');
-    if (slash == std::string::npos) return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
-}
-
 }  // namespace
 
-SealedWriter::SealedWriter(std::string path, std::string written_path, int handle,
-                           const SealedKind& kind)
-    : path_(std::move(path)),
-      written_path_(std::move(written_path)),
-      handle_(handle),
-      kind_(kind) {}
-
-SealedWriter::SealedWriter(SealedWriter&& other) noexcept
-    : path_(std::move(other.path_)),
-      written_path_(std::move(other.written_path_)),
-      handle_(std::exchange(other.handle_, -1)),
-      kind_(other.kind_),
-      end_(other.end_),
-      pending_(std::move(other.pending_)) {}
-
-SealedWriter::~SealedWriter() {
-    if (handle_ < 0) return;
-    close(handle_);
-    unlink(written_path_.c_str());
-}
-
-std::string SealedWriter::cannot_write(int cause) const {
-    return "cannot write " + in_quotes(path_) + ": " + std::strerror(cause);
-}
+SealedWriter::SealedWriter(std::unique_ptr<NewFile> file, const SealedKind& kind)
+    : file_(std::move(file)), kind_(kind) {}
+SealedWriter::SealedWriter(SealedWriter&&) noexcept = default;
+SealedWriter::~SealedWriter() = default;
 
 Result<SealedWriter> SealedWriter::create(const std::string& path, const SealedKind& kind) {
-    struct stat status {};
-    if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) {
-        return fail(ErrorCode::io, "cannot write " + in_quotes(path) + ": it is no regular file");
-    }
-    // A name unique among programs and threads.
-    static std::atomic<unsigned> next{0};
-    std::string written_path;
-    int handle = -1;
-    do {
-        written_path = path + ".partial-" + std::to_string(getpid()) + "-" + std::to_string(next++);
-        handle = open(written_path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    } while (handle < 0 && errno == EEXIST);
-    if (handle < 0) {
-        return fail(ErrorCode::io, "cannot write " + in_quotes(path) + ": " + std::strerror(errno));
-    }
-    SealedWriter writer(path, std::move(written_path), handle, kind);
+    TERRANE_TRY(auto file, NewFile::create(path));
+    SealedWriter writer(std::make_unique<NewFile>(std::move(file)), kind);
     const std::vector<std::uint8_t> blank(kHeaderBytes, 0);  // the header is written last
     TERRANE_TRY(writer.append(blank));
     return writer;
 }
 
-Result<void> SealedWriter::write_at(std::span<const std::uint8_t> bytes, std::uint64_t offset) {
-    while (!bytes.empty()) {
-        const ssize_t count =
-            pwrite(handle_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
-        if (count < 0 && errno == EINTR) continue;
-        if (count <= 0) return fail(ErrorCode::io, cannot_write(count < 0 ? errno : ENOSPC));
-        bytes = bytes.subspan(static_cast<std::size_t>(count));
-        offset += static_cast<std::uint64_t>(count);
-    }
-    return {};
-}
+void SealedWriter::set_path(std::string path) { file_->set_path(std::move(path)); }
+const std::string& SealedWriter::written_path() const { return file_->written_path(); }
 
 Result<void> SealedWriter::flush() {
-    TERRANE_TRY(write_at(pending_, end_ - pending_.size()));
+    TERRANE_TRY(file_->write(end_ - pending_.size(), pending_));
     pending_.clear();
     return {};
 }
@@ -203,7 +150,7 @@ Result<std::uint64_t> SealedWriter::append(std::span<const std::uint8_t> record)
     const std::uint64_t offset = end_;
     if (pending_.size() + record.size() > kMostPending) TERRANE_TRY(flush());
     if (record.size() > kMostPending) {
-        TERRANE_TRY(write_at(record, offset));
+        TERRANE_TRY(file_->write(offset, record));
     } else {
         pending_.insert(pending_.end(), record.begin(), record.end());
     }
@@ -216,51 +163,18 @@ Result<void> SealedWriter::commit(std::span<const std::uint8_t> directory) {
     TERRANE_TRY(const auto offset, append(stored));
     TERRANE_TRY(flush());
     const Header header{kind_, offset, stored.size(), directory.size(), hash_of(directory)};
-    TERRANE_TRY(write_at(encode(header), 0));
-    // The content is flushed to the disk before the rename: after a crash there is either the old file or the new one.
-    int cause = fsync(handle_) == 0 ? 0 : errno;
-    if (close(std::exchange(handle_, -1)) != 0 && cause == 0) cause = errno;
-    if (cause == 0 && rename(written_path_.c_str(), path_.c_str()) != 0) cause = errno;
-    if (cause != 0) {
-        unlink(written_path_.c_str());
-        return fail(ErrorCode::io, cannot_write(cause));
-    }
-    if (const int folder = open(folder_of(path_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-        folder >= 0) {
-        fsync(folder);
-        close(folder);
-    }
-    return {};
-}
-
-Result<internal::OpenFile> internal::OpenFile::open(const std::string& path) {
-    // Non-blocking, because opening a pipe without a writer would otherwise block.
-    const int handle = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (handle < 0) {
-        return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": " + std::strerror(errno));
-    }
-    struct stat status {};
-    const bool is_regular = fstat(handle, &status) == 0 && S_ISREG(status.st_mode);
-    OpenFile file(path, handle, is_regular ? static_cast<std::uint64_t>(status.st_size) : 0);
-    if (!is_regular) {
-        return fail(ErrorCode::io, "cannot open " + in_quotes(path) + ": it is no regular file");
-    }
-    return file;
-}
-
-internal::OpenFile::~OpenFile() {
-    if (handle_ >= 0) close(handle_);
+    TERRANE_TRY(file_->write(0, encode(header)));
+    return file_->commit();
 }
 
 Result<SealedReader> SealedReader::open(const std::string& path, const SealedKind& kind) {
-    TERRANE_TRY(auto file, internal::OpenFile::open(path));
-    SealedReader reader(std::make_unique<const internal::OpenFile>(std::move(file)));
+    TERRANE_TRY(auto file, OpenFile::open(path));
+    SealedReader reader(std::make_unique<const OpenFile>(std::move(file)));
     TERRANE_TRY(reader.read_directory(kind));
     return reader;
 }
 
-SealedReader::SealedReader(std::unique_ptr<const internal::OpenFile> file)
-    : file_(std::move(file)) {}
+SealedReader::SealedReader(std::unique_ptr<const OpenFile> file) : file_(std::move(file)) {}
 SealedReader::SealedReader(SealedReader&&) noexcept = default;
 SealedReader::~SealedReader() = default;
 
@@ -322,26 +236,6 @@ Result<void> SealedReader::read_directory(const SealedKind& kind) {
 
 Result<void> SealedReader::read(std::uint64_t offset, std::span<std::uint8_t> bytes_out) const {
     return file_->read(offset, bytes_out);
-}
-
-Result<void> internal::OpenFile::read(std::uint64_t offset,
-                                      std::span<std::uint8_t> bytes_out) const {
-    while (!bytes_out.empty()) {
-        const ssize_t count =
-            pread(handle_, bytes_out.data(), bytes_out.size(), static_cast<off_t>(offset));
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) {
-            return fail(ErrorCode::io,
-                        "cannot read " + in_quotes(path_) + ": " + std::strerror(errno));
-        }
-        if (count == 0) {
-            return fail(ErrorCode::bad_data,
-                        in_quotes(path_) + " is cut off at byte " + std::to_string(offset));
-        }
-        bytes_out = bytes_out.subspan(static_cast<std::size_t>(count));
-        offset += static_cast<std::uint64_t>(count);
-    }
-    return {};
 }
 
 }  // namespace terrane

@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: MIT
 #include "bake.h"
+#include "file_io.h"
 #include "shard_format.h"
 #include "store_records.h"
 
 #include <terrane/store/shard_baker.h>
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <atomic>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -30,25 +25,6 @@ using namespace internal;
 namespace {
 
 constexpr std::string_view kPlanName = "plan.json";
-
-/// Writes a small file under a temporary name, and renames it.
-Result<void> write_text(const std::string& path, std::string_view text) {
-    static std::atomic<unsigned> next{0};
-    const std::string written =
-        path + ".partial-" + std::to_string(getpid()) + "-" + std::to_string(next++);
-    const auto failed = [&] {
-        const std::string cause = std::strerror(errno);
-        std::remove(written.c_str());
-        return fail(ErrorCode::io, "cannot write \"" + path + "\": " + cause);
-    };
-    std::FILE* const file = std::fopen(written.c_str(), "wb");
-    if (file == nullptr) return failed();
-    const bool is_whole = std::fwrite(text.data(), 1, text.size(), file) == text.size() &&
-                          std::fflush(file) == 0 && fsync(fileno(file)) == 0;
-    const bool is_closed = std::fclose(file) == 0;
-    if (!is_whole || !is_closed || std::rename(written.c_str(), path.c_str()) != 0) return failed();
-    return {};
-}
 
 Result<std::string> read_text(const ShardFiles& files, std::string_view name) {
     TERRANE_TRY(const auto bytes, files.read_whole(std::string(name), kMostManifestBytes));
@@ -143,9 +119,9 @@ bool ShardBaker::is_baked(std::int64_t shard) const {
         .has_value();
 }
 
-Result<void> ShardBaker::bake_shard(std::int64_t shard) const {
+Result<bool> ShardBaker::bake_shard(std::int64_t shard) const {
     TERRANE_TRY(check_shard(shard, shard_count()));
-    if (is_baked(shard)) return {};
+    if (is_baked(shard)) return false;
     const Bakeable& bakeable = state_->bakeable;
     const BakeSettings& settings = state_->settings;
     ShardIndex index;
@@ -178,7 +154,9 @@ Result<void> ShardBaker::bake_shard(std::int64_t shard) const {
     TERRANE_TRY(file.commit(encode(index)));
     row.bytes = file.bytes();
     row.index_bytes = static_cast<std::uint32_t>(row.bytes - records_end);
-    return write_text(state_->folder + "/" + piece_name(state_->pieces, shard), encode_row(row));
+    TERRANE_TRY(
+        write_text(state_->folder + "/" + piece_name(state_->pieces, shard), encode_row(row)));
+    return true;
 }
 
 Result<std::int64_t> ShardBaker::verify_shard(std::int64_t shard, std::int64_t every) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "store_records.h"
 
-#include "open_file.h"
+#include "file_io.h"
 
 #include <sys/stat.h>
 

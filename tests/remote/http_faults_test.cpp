@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <ostream>
 
 namespace terrane::http_faults_test {
 
@@ -22,6 +23,8 @@ struct Case {
     bool is_repeated;
     const char* message;  // part of it
     ErrorCode code = ErrorCode::io;
+
+    friend void PrintTo(const Case& fault_case, std::ostream* out) { *out << fault_case.name; }
 };
 
 const std::array kCases{

@@ -209,6 +209,7 @@ TEST(ShardedStore, AShardThatWasGivenUpOrDamagedIsBakedAgain) {
     is_given_up = false;
     const StoreInfo info = bake(*source, path);
     EXPECT_TRUE(baker->is_baked(0));
+    EXPECT_FALSE(baker->bake_shard(0).value());
 
     const std::string shard = files_in(path, ".shard").front();
     const std::vector<char> whole = read_file(shard);

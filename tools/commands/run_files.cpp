@@ -41,7 +41,11 @@ Result<std::optional<RunRecorder>> begin_record(const std::string& path, const C
     for (const CLI::Option* flag : terrain_flags_of(command)) {
         if (flag->count() == 0) continue;
         settings.terrain_flags.push_back(flag->get_name());
-        for (const std::string& value : flag->results()) settings.terrain_flags.push_back(value);
+        for (const std::string& value : flag->results()) {
+            // The query of an address may be a secret.
+            const bool is_address = terrain.http != nullptr && flag->get_name() == "--dem";
+            settings.terrain_flags.push_back(is_address ? terrain.name : value);
+        }
     }
     TERRANE_TRY(RunRecorder recorder, RunRecorder::create(path, std::move(settings)));
     return std::optional<RunRecorder>(std::move(recorder));

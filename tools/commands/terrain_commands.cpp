@@ -232,11 +232,9 @@ CommandResult<void> run_sharded_bake(const BakeOptions& options, const HeightSou
     std::size_t found = 0;
     for (const std::size_t shard : shards) {
         const auto number = static_cast<std::int64_t>(shard);
-        if (baker->is_baked(number)) {
-            ++found;
-        } else if (const auto baked = baker->bake_shard(number); !baked) {
-            return report_error(baked.error());
-        }
+        const auto baked = baker->bake_shard(number);
+        if (!baked) return report_error(baked.error());
+        if (!*baked) ++found;
         ++done;
     }
     if (!shards.empty()) {

@@ -60,6 +60,11 @@ bool is_http_store(const std::string& dem) {
 CommandResult<std::shared_ptr<const HttpFiles>> open_http_store(const std::string& url,
                                                                 const HttpOptions& options,
                                                                 const std::string& user_cache) {
+    // Records and copied command lines keep the address.
+    const std::size_t host = url.find("://") + 3;
+    if (url.find('@') < url.find_first_of("/?#", host)) {
+        return usage_error("--dem must not have a user or password; put them into ~/.netrc");
+    }
     HttpSettings settings;
     if (options.cache.empty() && !user_cache.empty()) settings.cache_folder = user_cache + "/http";
     if (!options.cache.empty() && options.cache != "off") settings.cache_folder = options.cache;

@@ -30,6 +30,8 @@ bool is_http_store(const std::string& dem);
 /// CURL_CA_BUNDLE the file of trusted certificates; ~/.netrc is used if it exists.
 ///
 /// @param user_cache  the user's cache folder; "": there is none
+///
+/// Fails: exit_usage if the address has a user or password; exit_failed as open_http()
 CommandResult<std::shared_ptr<const HttpFiles>> open_http_store(const std::string& url,
                                                                 const HttpOptions& options,
                                                                 const std::string& user_cache);

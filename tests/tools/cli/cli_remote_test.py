@@ -4,13 +4,15 @@
 
 import csv
 import http.server
+import json
 import os
 import re
 import shutil
+import subprocess
 import threading
 
 os.environ["no_proxy"] = "127.0.0.1"  # before the program's server starts
-from program import Folder, ask, main, run, run_json
+from program import PROGRAM, Folder, ask, main, run, run_json
 
 FLIGHT = ["--path", "straight", "--seconds", 1, "--fps", 10, "--threads", 0, "--budget", 20_000, "--size", "160x90"]
 
@@ -122,12 +124,22 @@ class Remote(Folder):
         self.assert_refused(run("info", *terrain, "--http-cache-mb", 7), [2], "--http-cache-mb", "8 to 1e+09", "7")
 
     def test_secrets_are_sent_and_not_shown(self):
-        secret = self.address.replace("//", "//me:hidden@") + "?hidden=1"
-        summary = run_json("info", "--dem", secret, "--http-cache", "off")
-        self.assertEqual(summary["terrain"], self.address)
-        self.assertEqual(self.server.requests[0], ("/world/terrain.json?hidden=1", None, "Basic bWU6aGlkZGVu"))
+        secret, off = self.address + "?hidden=1", ["--http-cache", "off"]
+        credentials = {"TERRANE_HTTP_AUTHORIZATION": "Bearer hidden"}
+        done = subprocess.run([PROGRAM, "info", "--dem", secret, *off, "--json"], env=os.environ | credentials, text=True,
+                              capture_output=True, timeout=60)
+        self.assertEqual(json.loads(done.stdout)["terrain"], self.address)
+        self.assertEqual(self.server.requests[0], ("/world/terrain.json?hidden=1", None, "Bearer hidden"))
+        record = self.path("record")
+        run_json("drive", "--dem", secret, *off, "--seconds", 0.2, "--record", record)
+        self.server.requests.clear()
+        run_json("fly", "--replay", record, *off, "--size", "160x90", "--out", self.path("again"))
+        self.assertEqual(self.server.requests[0][0], "/world/terrain.json")
+        done = run("info", "--dem", self.address.replace("//", "//me:hidden@"), *off)
+        self.assert_refused(done, [2], "--dem", "~/.netrc")
+        self.assertNotIn("hidden", done.stderr)
         os.remove(f"{self.store}/terrain.json")
-        done = run("info", "--dem", secret, "--http-cache", "off")
+        done = run("info", "--dem", secret, *off)
         self.assert_refused(done, [1], self.address + "terrain.json", "status 404")
         self.assertNotIn("hidden", done.stderr)
 

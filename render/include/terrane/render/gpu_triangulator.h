@@ -30,9 +30,9 @@ public:
     GpuTriangulator& operator=(GpuTriangulator&&) noexcept;
     ~GpuTriangulator();
 
-    /// Computes the mesh of a view over the resident chunks. It has no chunks and indices: its triangles are on the
-    /// device (TerrainMesh::device), where TerrainRenderer draws them. Those of volumes are in its
-    /// `solids`, as Triangulator::update() makes them. Valid until the next call.
+    /// Computes the mesh of a view over the resident chunks. Triangles of the heightfield stay on the device
+    /// (TerrainMesh::device), where TerrainRenderer draws them: the mesh has no chunks and no indices. Triangles of
+    /// volumes are in its `solids`, as from Triangulator::update(). Valid until the next call.
     ///
     /// @param others as for Triangulator::update()
     ///

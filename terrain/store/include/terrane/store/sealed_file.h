@@ -16,8 +16,9 @@
 namespace terrane {
 
 namespace internal {
+class NewFile;
 class OpenFile;
-}
+}  // namespace internal
 
 /// A 128-bit hash (XXH3), for identifying content and detecting damage; not cryptographic.
 struct ContentHash {
@@ -63,7 +64,7 @@ class SealedWriter {
 public:
     /// Fails: io
     static Result<SealedWriter> create(const std::string& path, const SealedKind& kind);
-    SealedWriter(SealedWriter&& other) noexcept;
+    SealedWriter(SealedWriter&&) noexcept;
     SealedWriter& operator=(SealedWriter&&) = delete;
     /// Removes the file if it was not committed.
     ~SealedWriter();
@@ -75,20 +76,17 @@ public:
     /// Fails: io; the new file is then removed, and a previous one remains
     Result<void> commit(std::span<const std::uint8_t> directory);
     /// Sets the path under which commit() will leave the file; it must be in the same folder.
-    void set_path(std::string path) { path_ = std::move(path); }
+    void set_path(std::string path);
     /// Bytes appended so far; size of the whole file after commit().
     std::uint64_t bytes() const { return end_; }
     /// Path of the incomplete file, until commit().
-    const std::string& written_path() const { return written_path_; }
+    const std::string& written_path() const;
 
 private:
-    SealedWriter(std::string path, std::string written_path, int handle, const SealedKind& kind);
-    Result<void> write_at(std::span<const std::uint8_t> bytes, std::uint64_t offset);
+    SealedWriter(std::unique_ptr<internal::NewFile> file, const SealedKind& kind);
     Result<void> flush();
-    std::string cannot_write(int cause) const;
 
-    std::string path_, written_path_;
-    int handle_ = -1;
+    std::unique_ptr<internal::NewFile> file_;
     SealedKind kind_;
     std::uint64_t end_ = 0;
     std::vector<std::uint8_t> pending_;  // the last bytes, which are not written yet

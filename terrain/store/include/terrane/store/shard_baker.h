@@ -32,12 +32,12 @@ public:
     std::int64_t shard_count() const;  ///< all shards of the store
     /// Whether a shard is complete: its file is there, and its index is whole.
     bool is_baked(std::int64_t shard) const;
-    /// Bakes a shard, unless it is complete.
+    /// Bakes a shard, unless it is complete. Returns whether it was not.
     ///
     /// Fails: invalid_argument if there is no such shard; cancelled by BakeSettings::progress; as ChunkStore::bake().
     ///        No partial file is left then.
     /// Cost:  as ChunkStore::bake(), of up to 1365 chunks
-    Result<void> bake_shard(std::int64_t shard) const;
+    Result<bool> bake_shard(std::int64_t shard) const;
 
     /// Compares a baked shard with the source: bakes some of its chunks and squares of samples again, without writing
     /// them. Returns how many were compared.
