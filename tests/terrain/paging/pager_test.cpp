@@ -131,7 +131,13 @@ TEST(Pager, KeepsACeilingThatIsLoweredBelowWhatIsResident) {
         ASSERT_TRUE(pager.set_memory_bytes(2 * high).has_value());
         pager.update({camera}, bodies, 2.0);
         pager.finish();
-        EXPECT_EQ(keys_of(*pager.resident()), before);
+        EXPECT_EQ(pager.stats().late_chunks, 0u);
+        EXPECT_EQ(pager.stats().groundless_bodies, 0u);
+        EXPECT_GT(pager.stats().resident_bytes, low);
+        // Loader threads measure how long loads take, and needs reach further ahead where loads take longer.
+        if (workers == 0) {
+            EXPECT_EQ(keys_of(*pager.resident()), before);
+        }
     }
 }
 
