@@ -453,13 +453,13 @@ Trajectory turning(double speed, double rate) {
 // Turns in alternating directions.
 Trajectory weaving(double speed) {
     return [speed](double t) {
-        constexpr int kSteps_a_s = 480;
+        constexpr int kStepsPerSecond = 480;
         WorldPos eye(-1500, -600, 260);
         Eigen::Vector3d forward = Eigen::Vector3d::UnitX();
-        for (int step = 0; step < static_cast<int>(std::lround(kSteps_a_s * t)); ++step) {
-            const double angle = 0.8 * std::sin(0.9 * step / kSteps_a_s);
+        for (int step = 0; step < static_cast<int>(std::lround(kStepsPerSecond * t)); ++step) {
+            const double angle = 0.8 * std::sin(0.9 * step / kStepsPerSecond);
             forward = {std::cos(angle), std::sin(angle), 0.0};
-            eye += speed / kSteps_a_s * forward;
+            eye += speed / kStepsPerSecond * forward;
         }
         return camera(eye, speed * forward,
                       (forward - 0.2 * Eigen::Vector3d::UnitZ()).normalized());
