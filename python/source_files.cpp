@@ -87,7 +87,7 @@ constexpr std::array<std::pair<const char*, DemProjection>, 2> kProjections{
 Source open_dem(const py::object& path, double finest_spacing, double spacing_tolerance,
                 std::optional<std::uint64_t> detail_seed, double detail_roughness,
                 const std::string& cache, const py::object& cache_folder,
-                const std::string& height_unit, double height_scale,
+                const py::object& scan_file, const std::string& height_unit, double height_scale,
                 const std::optional<std::vector<double>>& nodata, const std::string& encoding,
                 double cell, const std::string& projection, std::size_t memory_bytes,
                 double read_timeout, const py::object& progress) {
@@ -102,6 +102,7 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     settings.progress = watched.function();
     settings.cache.place = read_choice(cache, "cache", kCachePlaces);
     settings.cache.folder = path_text(cache_folder);
+    settings.scan_file = path_text(scan_file);
     settings.height_unit = height_unit;
     settings.height_scale = height_scale;
     settings.nodata = nodata;
@@ -125,7 +126,7 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
         info.from_cache, info.cache_note, info.numbers, info.height_unit, info.vertical_axis,
         info.nodata, info.placement, py::tuple(py::cast(info.notes)), info.resampling_error,
         info.projection == DemProjection::local ? "local" : "own",
-        py::make_tuple(info.middle_longitude, info.middle_latitude));
+        py::make_tuple(info.middle_longitude, info.middle_latitude), info.samples_hash);
     return made;
 }
 
@@ -293,7 +294,8 @@ Raises OSError (cannot be read), ValueError (bad raster or setting), TimeoutErro
         py::arg("spacing_tolerance") = defaults.spacing_tolerance,
         py::arg("detail_seed") = py::none(),
         py::arg("detail_roughness") = defaults.detail_roughness, py::arg("cache") = "none",
-        py::arg("cache_folder") = "", py::arg("height_unit") = defaults.height_unit,
+        py::arg("cache_folder") = "", py::arg("scan_file") = "",
+        py::arg("height_unit") = defaults.height_unit,
         py::arg("height_scale") = defaults.height_scale, py::arg("nodata") = py::none(),
         py::arg("encoding") = "automatic", py::arg("cell") = defaults.cell,
         py::arg("projection") = "own", py::arg("memory_bytes") = defaults.memory_bytes,
@@ -306,6 +308,7 @@ detail_seed      adds fractal detail below the raster's resolution; None: none
 detail_roughness amplitude of detail relative to the raster's own roughness, 0 to 100
 cache            of the bounds: "none", "beside" the raster, or in a "folder"
 cache_folder     that folder
+scan_file        what an earlier opening found, read instead of all samples; written if absent. "": none
 height_unit      of the numbers, such as "foot"; "": the file's
 height_scale     factor of all heights, not 0; -1 for depths
 nodata           numbers that are nodata besides those that the file declares; None: numbers such as -9999 are refused

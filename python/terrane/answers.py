@@ -129,6 +129,7 @@ class DemInfo(NamedTuple):
     resampling_error: float  # largest distance of a resampled raster from its own surface, metres; 0: not resampled
     projection: str  # "own" or "local"
     middle_lonlat: Tuple[float, float]  # of a local tangent plane, degrees
+    samples_hash: str  # of all samples, 32 hexadecimal digits; "" without a scan_file
 
 
 class PlaneScale(NamedTuple):

@@ -104,6 +104,9 @@ public:
     std::shared_ptr<const Square> add(int square_x, int square_y,
                                       std::shared_ptr<const Square> square) const;
 
+    /// A square, which is loaded if the cache does not hold it. Fails: as loading it
+    Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
+
     /// As ReadRun.
     Result<void> read_run(const SamplePacking& packing, std::int64_t column, std::int64_t row,
                           int count, double* out) const;
@@ -116,7 +119,6 @@ private:
     static std::int64_t name_of(int square_x, int square_y) {
         return (static_cast<std::int64_t>(square_y) << 32) | square_x;
     }
-    Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
 
     int columns_, side_;
     std::size_t most_squares_;

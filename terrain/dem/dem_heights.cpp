@@ -110,8 +110,8 @@ Result<std::shared_ptr<const HeightSource>> add_dem_detail(std::shared_ptr<const
             const int west = x * kBlockSide;
             const int east = std::min(west + kBlockSide, grid.columns) - 1;
             // No detail outside the survey.
-            const bool is_outside =
-                (store.voids().flags(west, south, east, north) & cell_outside) != 0;
+            TERRANE_TRY(const auto flags, store.flags(west, south, east, north));
+            const bool is_outside = (flags & cell_outside) != 0;
             const double amplitude = is_outside
                                          ? 0.0
                                          : settings.detail_roughness * kAmplitudeOverBend *
@@ -153,6 +153,7 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
     store.limit_bytes = settings.memory_bytes;
     store.patience_s = settings.read_timeout;
     store.bounds_cache = settings.cache;
+    store.scan_file = settings.scan_file;
     TERRANE_TRY(store.reading, internal::number_reading(settings));
     TERRANE_TRY(auto source,
                 internal::DemSource::create(path, settings.finest_spacing, store, settings.progress,
@@ -161,6 +162,7 @@ Result<std::shared_ptr<const HeightSource>> open_source(const std::string& path,
         *info_out = source->info();
         info_out->from_cache = source->cache_use().is_hit;
         info_out->cache_note = source->cache_use().note;
+        info_out->samples_hash = source->cache_use().samples_hash;
     }
     if (!settings.detail_seed) return source;
     return internal::add_dem_detail(source, settings);

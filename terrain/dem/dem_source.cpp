@@ -9,7 +9,6 @@
 #include "raster/voids.h"
 
 #include <terrane/base/result.h>
-#include <terrane/store/bytes.h>
 
 #include <algorithm>
 #include <cmath>
@@ -48,136 +47,53 @@ double opening_bytes(const BilinearGrid& grid, double held_bytes) {
 
 namespace {
 
-/// The version is incremented when the bounds that are computed from the same samples change.
-constexpr SealedKind kKind{{'B', 'N', 'D', 'S'}, 1};
-constexpr std::int64_t kFewSamples = std::int64_t{1} << 16;
-
-std::vector<std::uint8_t> bytes_of(const BilinearGrid& grid) {
-    ByteWriter out;
-    out.put(std::int32_t{grid.columns});
-    out.put(std::int32_t{grid.rows});
-    out.put(grid.cell_x);
-    out.put(grid.cell_y);
-    out.put(grid.west);
-    out.put(grid.south);
-    out.put(static_cast<std::uint8_t>(grid.aligned));
-    out.put(std::int32_t{grid.cell_log2});
-    out.put(grid.first.x);
-    out.put(grid.first.y);
-    out.put(grid.lattice.origin_x);
-    out.put(grid.lattice.origin_y);
-    out.put(grid.lattice.spacing);
-    out.put(grid.lattice.quantum);
-    out.put(std::int32_t{grid.lattice.finest_level});
-    out.put(grid.lattice.first_root_x);
-    out.put(grid.lattice.first_root_y);
-    out.put(grid.lattice.root_count_x);
-    out.put(grid.lattice.root_count_y);
-    return out.bytes();
-}
-
-Result<ContentHash> make_key(const FineSurface& fine) {
-    const BilinearGrid& grid = fine.grid();
-    ContentHasher hasher;
-    hasher.add(bytes_of(grid));
-    ByteWriter rounding;
-    rounding.put(fine.samples().base());
-    rounding.put(fine.samples().rounding());
-    hasher.add(rounding.bytes());
-    constexpr int kRows = 64;
-    std::vector<double> strip(static_cast<std::size_t>(grid.columns) * kRows);
-    for (int row = 0; row < grid.rows; row += kRows) {
-        const int rows = std::min(kRows, grid.rows - row);
-        strip.resize(static_cast<std::size_t>(grid.columns) * static_cast<std::size_t>(rows));
-        TERRANE_TRY(fine.samples().read(0, row, grid.columns, rows, strip));
-        ByteWriter out;
-        out.put_each(std::span(std::as_const(strip)));
-        hasher.add(out.bytes());
-    }
-    return hasher.value();
-}
-
-/// Path of a cache file next to the raster, named after raster and lattice; "" if the raster is not a regular file.
-std::string file_beside(const std::string& raster_path, const BilinearGrid& grid) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(raster_path, error)) return {};
-    return raster_path + "." + hash_of(bytes_of(grid)).text().substr(0, 8) + ".terrane-bounds";
-}
-
-}  // namespace
-
-Result<OpeningCache> OpeningCache::create(const DemCache& cache, const std::string& raster_path,
-                                          const FineSurface& fine) {
-    OpeningCache made;
-    const BilinearGrid& grid = fine.grid();
-    const bool is_small = std::int64_t{grid.columns} * grid.rows < kFewSamples;
-    if (cache.place == DemCache::Place::none || is_small) return made;
-    TERRANE_TRY(const auto key, make_key(fine));
-    made.key_ = key;
-    if (cache.place == DemCache::Place::beside) {
-        if (std::string file = file_beside(raster_path, grid); !file.empty()) {
-            made.paths_.push_back(std::move(file));
-        }
-    }
-    if (!cache.folder.empty()) {
-        made.paths_.push_back(cache.folder + "/" + key.text() + ".terrane-bounds");
-    }
-    return made;
-}
-
-std::optional<OpeningBounds> OpeningCache::load(const std::shared_ptr<const FineSurface>& fine) {
-    for (const std::string& place : paths_) {
-        const auto file = SealedReader::open(place, kKind);
-        if (!file) {
-            // Absent and unreadable files are not reported.
-            if (file.error().code != ErrorCode::io) {
-                use_.note = file.error().message + "; its bounds are made again";
-            }
-            continue;
-        }
-        ByteReader in(file->directory());
-        const ContentHash key{in.get<std::uint64_t>(), in.get<std::uint64_t>()};
-        if (key != key_) continue;  // stale: belongs to other heights
-        auto pyramid = HeightPyramid::read(fine->grid(), in);
-        if (!pyramid) continue;
-        auto tiers = BoundTiers::read(fine, in);
-        if (!tiers || !in.is_done()) continue;
-        use_.is_hit = true;
-        return OpeningBounds{std::move(*pyramid), std::move(*tiers)};
-    }
-    return std::nullopt;
-}
-
-void OpeningCache::save(const OpeningBounds& bounds) {
-    if (paths_.empty()) return;
-    ByteWriter out;
-    out.put(key_.low);
-    out.put(key_.high);
-    bounds.pyramid.write(out);
-    bounds.tiers->write(out);
-    std::string failure;
-    for (const std::string& place : paths_) {
-        std::error_code ignored;  // reported when the file cannot be created
-        std::filesystem::create_directories(std::filesystem::path(place).parent_path(), ignored);
-        auto file = SealedWriter::create(place, kKind);
-        if (file) {
-            const auto done = file->commit(out.bytes());
-            if (done) return;
-            failure = done.error().message;
-        } else {
-            failure = file.error().message;
-        }
-    }
-    if (use_.note.empty()) use_.note = failure + "; opening this raster again will take as long";
-}
-
-namespace {
-
 /// The raster's outer edges.
 WorldRect extent_of(const DemInfo& info) {
     const double half_width = 0.5 * info.columns * info.cell_x;
     const double half_height = 0.5 * info.rows * info.cell_y;
     return {-half_width, -half_height, half_width, half_height};
+}
+
+/// As HeightSource::cell_flags(), from the samples.
+Result<void> find_cell_flags(const RasterStore& store, const BilinearGrid& g,
+                             const SampleGrid& grid, std::span<std::uint8_t> flags_out) {
+    const DemInfo& raster = store.info();
+    // The samples that determine the surface over a cell, and whether the cell lies entirely beyond the raster's outer
+    // edges, which are half a raster cell beyond its outermost samples.
+    struct Span {
+        int first = 0, last = 0;
+        bool beyond = false;
+    };
+    const auto spans = [](int count, int samples, auto&& place_of) {
+        std::vector<Span> all;
+        for (int i = 0; i + 1 < count; ++i) {
+            const SamplePlace begin = place_of(i), end = place_of(i + 1);
+            const double begin_u = static_cast<double>(begin.index) + begin.fraction;
+            const double end_u = static_cast<double>(end.index) + end.fraction;
+            const std::int64_t last = end.fraction > 0.0 ? end.index + 1 : end.index;
+            Span span;
+            span.first = static_cast<int>(std::clamp<std::int64_t>(begin.index, 0, samples - 1));
+            span.last = static_cast<int>(std::clamp<std::int64_t>(last, 0, samples - 1));
+            span.beyond = end_u <= -0.5 || begin_u >= samples - 0.5;
+            all.push_back(span);
+        }
+        return all;
+    };
+    const auto columns = spans(grid.columns, raster.columns, [&](int i) {
+        return g.column_at_index(grid.corner.x + i * grid.step);
+    });
+    const auto rows = spans(grid.rows, raster.rows,
+                            [&](int i) { return g.row_at_index(grid.corner.y + i * grid.step); });
+    std::size_t at = 0;
+    for (const Span& row : rows) {
+        for (const Span& column : columns) {
+            std::uint8_t& flags = flags_out[at++];
+            flags = cell_outside;
+            if (column.beyond || row.beyond) continue;
+            TERRANE_TRY(flags, store.flags(column.first, row.first, column.last, row.last));
+        }
+    }
+    return {};
 }
 
 }  // namespace
@@ -197,6 +113,11 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     std::function<bool(double)> report_progress, double spacing_tolerance) {
     TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s, RasterNumbers::heights,
                                                 settings.reading));
+    std::error_code absent;
+    if (!settings.scan_file.empty() && !reader->is_resampled() &&
+        std::filesystem::exists(settings.scan_file, absent)) {
+        return reopen(std::move(reader), finest_spacing, settings, spacing_tolerance);
+    }
     // A spacing out of range and a raster that is too large are refused before the samples are read.
     std::shared_ptr<const PlaneMap> map;
     if (reader->is_resampled()) {
@@ -229,19 +150,46 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     TERRANE_TRY(const auto grid, make_grid(store->info(), finest_spacing, spacing_tolerance));
 
     const auto fine = std::make_shared<const FineSurface>(grid, store);
+    const auto done = [&](OpeningBounds bounds,
+                          CacheUse use) -> Result<std::shared_ptr<const DemSource>> {
+        if (!settings.scan_file.empty() && !store->is_resampled()) {
+            const auto get_flags = [&](const SampleGrid& cells, std::span<std::uint8_t> flags_out) {
+                return find_cell_flags(*store, grid, cells, flags_out);
+            };
+            TERRANE_TRY(RasterScan::write(settings.scan_file, *store, grid, bounds, get_flags));
+            TERRANE_TRY(const auto scan, RasterScan::open(settings.scan_file, path, grid));
+            use.samples_hash = scan.samples()->hash().text();
+        }
+        return std::shared_ptr<const DemSource>(
+            new DemSource(store, fine, std::move(bounds), std::move(use)));
+    };
     TERRANE_TRY(auto cache, OpeningCache::create(settings.bounds_cache, path, *fine));
     if (std::optional<OpeningBounds> kept = cache.load(fine)) {
         progress.begin(1.0, 1);
         TERRANE_TRY(progress.step());
-        return std::shared_ptr<const DemSource>(
-            new DemSource(store, fine, std::move(*kept), cache.use()));
+        return done(std::move(*kept), cache.use());
     }
     TERRANE_TRY(auto pyramid, HeightPyramid::create(grid, *store, progress));
     TERRANE_TRY(auto tiers, BoundTiers::create(fine, progress));
     OpeningBounds bounds{std::move(pyramid), std::move(tiers)};
     cache.save(bounds);
+    return done(std::move(bounds), cache.use());
+}
+
+Result<std::shared_ptr<const DemSource>> DemSource::reopen(std::shared_ptr<RasterReader> reader,
+                                                           double finest_spacing,
+                                                           const StoreSettings& settings,
+                                                           double spacing_tolerance) {
+    TERRANE_TRY(const auto grid, make_grid(reader->info(), finest_spacing, spacing_tolerance));
+    TERRANE_TRY(const auto scan, RasterScan::open(settings.scan_file, reader->path(), grid));
+    const std::shared_ptr<const RasterStore> store =
+        RasterStore::reopen(std::move(reader), settings, scan.samples());
+    const auto fine = std::make_shared<const FineSurface>(grid, store);
+    TERRANE_TRY(auto bounds, scan.bounds(fine));
+    CacheUse use;
+    use.samples_hash = scan.samples()->hash().text();
     return std::shared_ptr<const DemSource>(
-        new DemSource(store, fine, std::move(bounds), cache.use()));
+        new DemSource(store, fine, std::move(bounds), std::move(use)));
 }
 
 double DemSource::height(double x, double y) const {
@@ -349,43 +297,10 @@ Result<void> DemSource::mesh_bounds(const SampleGrid& grid, std::span<float> ver
 
 Result<void> DemSource::cell_flags(const SampleGrid& grid,
                                    std::span<std::uint8_t> flags_out) const {
-    const BilinearGrid& g = fine_->grid();
-    const DemInfo& raster = info();
-    // The samples that determine the surface over a cell, and whether the cell lies entirely beyond the raster's outer
-    // edges, which are half a raster cell beyond its outermost samples.
-    struct Span {
-        int first = 0, last = 0;
-        bool beyond = false;
-    };
-    const auto spans = [](int count, int samples, auto&& place_of) {
-        std::vector<Span> all;
-        for (int i = 0; i + 1 < count; ++i) {
-            const SamplePlace begin = place_of(i), end = place_of(i + 1);
-            const double begin_u = static_cast<double>(begin.index) + begin.fraction;
-            const double end_u = static_cast<double>(end.index) + end.fraction;
-            const std::int64_t last = end.fraction > 0.0 ? end.index + 1 : end.index;
-            Span span;
-            span.first = static_cast<int>(std::clamp<std::int64_t>(begin.index, 0, samples - 1));
-            span.last = static_cast<int>(std::clamp<std::int64_t>(last, 0, samples - 1));
-            span.beyond = end_u <= -0.5 || begin_u >= samples - 0.5;
-            all.push_back(span);
-        }
-        return all;
-    };
-    const auto columns = spans(grid.columns, raster.columns, [&](int i) {
-        return g.column_at_index(grid.corner.x + i * grid.step);
-    });
-    const auto rows = spans(grid.rows, raster.rows,
-                            [&](int i) { return g.row_at_index(grid.corner.y + i * grid.step); });
-    std::size_t at = 0;
-    for (const Span& row : rows) {
-        for (const Span& column : columns) {
-            flags_out[at++] =
-                column.beyond || row.beyond
-                    ? std::uint8_t{cell_outside}
-                    : store_->voids().flags(column.first, row.first, column.last, row.last);
-        }
+    if (!tiers_->has_cell_flags(grid.step)) {
+        return find_cell_flags(*store_, fine_->grid(), grid, flags_out);
     }
+    tiers_->cell_flags(grid, flags_out);
     return {};
 }
 

@@ -4,14 +4,13 @@
 #include "bilinear/bilinear_grid.h"
 #include "bilinear/fine_surface.h"
 #include "bounds/level_bounds.h"
+#include "opening_files.h"
 #include "raster/raster_store.h"
 
 #include <terrane/dem/dem_heights.h>
-#include <terrane/store/sealed_file.h>
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,40 +20,6 @@ namespace terrane::internal {
 ///
 /// @param held_bytes bytes of the samples that are held: all, or the cache of a raster that is read by window
 double opening_bytes(const BilinearGrid& grid, double held_bytes);
-
-/// Bounds that opening a raster computes from its samples.
-struct OpeningBounds {
-    HeightPyramid pyramid;
-    std::unique_ptr<const BoundTiers> tiers;
-};
-
-/// How the cache was used: see DemInfo.
-struct CacheUse {
-    bool is_hit = false;
-    std::string note;
-};
-
-/// Stores the bounds of a raster in a file. Its key is a hash of all samples, their rounding and the lattice, so that
-/// bounds of other heights are never used. Several programs may open one raster at once: files appear atomically.
-class OpeningCache {
-public:
-    /// Computes the key: one pass over the samples, unless the cache is off.
-    /// Fails: io if the raster cannot be read
-    static Result<OpeningCache> create(const DemCache& cache, const std::string& raster_path,
-                                       const FineSurface& fine);
-
-    /// The stored bounds; absent if there are none with this key.
-    std::optional<OpeningBounds> load(const std::shared_ptr<const FineSurface>& fine);
-    /// Stores the bounds in the first file that can be written.
-    void save(const OpeningBounds& bounds);
-
-    const CacheUse& use() const { return use_; }
-
-private:
-    std::vector<std::string> paths_;  ///< candidate files, in order of preference
-    ContentHash key_;
-    CacheUse use_;
-};
 
 /// The bilinear surface of a raster as a height source; immutable.
 class DemSource final : public HeightSource, public BilinearSource {
@@ -83,6 +48,11 @@ public:
     const FineSurface* bilinear_surface() const override;
 
 private:
+    /// Opens a raster that is not resampled, from the file settings.scan_file.
+    static Result<std::shared_ptr<const DemSource>> reopen(std::shared_ptr<RasterReader> reader,
+                                                           double finest_spacing,
+                                                           const StoreSettings& settings,
+                                                           double spacing_tolerance);
     DemSource(std::shared_ptr<const RasterStore> store, std::shared_ptr<const FineSurface> fine,
               OpeningBounds bounds, CacheUse cache_use);
 

@@ -145,6 +145,13 @@ Baked bake_chunk(const Bakeable& bakeable, const ChunkKey& key) {
     const HeightInterval heights =
         source.interval({lattice.x(corner.x), lattice.y(corner.y), lattice.x(corner.x + side),
                          lattice.y(corner.y + side)});
+    if (!std::isfinite(heights.low) || !std::isfinite(heights.high)) {
+        baked.error =
+            Error{ErrorCode::io, "the range of heights over chunk " + std::to_string(key.x) + ", " +
+                                     std::to_string(key.y) + " of level " +
+                                     std::to_string(key.level) + " cannot be read"};
+        return baked;
+    }
     // The interval must also contain the samples, which are rounded to quanta.
     baked.record.heights = {std::min(heights.low, lattice.quantum * (*chunk)->low),
                             std::max(heights.high, lattice.quantum * (*chunk)->high)};

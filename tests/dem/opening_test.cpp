@@ -15,7 +15,10 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <random>
 #include <thread>
+#include <tuple>
 
 namespace terrane::test {
 namespace opening_test {
@@ -360,4 +363,231 @@ TEST_F(OpeningCacheTest, ASmallRasterIsNotKept) {
 }
 
 }  // namespace opening_cache_test
+
+namespace opening_scan_test {
+
+namespace fs = std::filesystem;
+
+class OpeningScan : public testing::Test {
+protected:
+    static DemSettings settings(const std::string& scan, double finest = 0.0) {
+        DemSettings settings;
+        settings.finest_spacing = finest;
+        settings.scan_file = scan;
+        return settings;
+    }
+    OpenedDem open(const std::string& raster, const std::string& scan, double finest = 0.0) const {
+        return open_dem(raster, settings(scan, finest));
+    }
+    Result<std::shared_ptr<const HeightSource>> try_open(double finest = 0.0) const {
+        return DemHeights::open(raster_, settings(scan_, finest));
+    }
+    void write(const std::vector<char>& bytes) const {
+        std::ofstream(scan_, std::ios::binary)
+            .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    }
+
+    TemporaryFolder folder_;
+    std::string raster_ = folder_.file("hills.tif"), scan_ = folder_.file("new/hills.scan");
+};
+
+/// Nodata in voids of several sizes, across squares of the scan and at the border.
+RasterSpec wide(GDALDataType type, double cell_y) {
+    return {.columns = 1100,
+            .rows = 700,
+            .type = type,
+            .transform = {1000.0, 10.0, 0.0, 5000.0, 0.0, -cell_y},
+            .nodata = -9999.0,
+            .value = [](int column, int row) {
+                const bool is_void = std::hypot(column - 260, row - 250) < 30 ||
+                                     (column > 700 && column < 900 && row % 40 == 7);
+                if (is_void || column + row < 60 || column > 1090) return -9999.0;
+                const int x = column % 90 - 45, y = row % 70 - 35;
+                return static_cast<double>(600 - x * x / 8 + x * y / 16 + y * y / 4);
+            }};
+}
+
+TEST_F(OpeningScan, ARasterThatIsReopenedAnswersTheSame) {
+    struct Case {
+        RasterSpec spec;
+        double finest = 0.0;
+    };
+    RasterSpec whole = opening_test::rough(1100, 700);
+    whole.type = GDT_Int32;
+    const Case cases[] = {{wide(GDT_Float32, 10.0)},      {wide(GDT_Int16, 13.7)},
+                          {wide(GDT_Int32, 10.0), 4.0},   {whole},
+                          {opening_test::rough(4000, 3)}, {opening_test::rough(2, 2)}};
+    for (const Case& one : cases) {
+        SCOPED_TRACE(std::to_string(&one - cases));
+        write_raster(raster_, one.spec);
+        fs::remove(scan_);
+        const OpenedDem plain = open_dem(raster_, settings("", one.finest));
+        EXPECT_EQ(plain.info.samples_hash, "");
+        const OpenedDem first = open(raster_, scan_, one.finest);
+        const OpenedDem second = open(raster_, scan_, one.finest);
+        EXPECT_EQ(first.info.samples_hash, second.info.samples_hash);
+        EXPECT_EQ(first.info.samples_hash.size(), 32u);
+        for (const DemInfo* info : {&first.info, &second.info}) {
+            EXPECT_EQ(info->min_m, plain.info.min_m);
+            EXPECT_EQ(info->max_m, plain.info.max_m);
+            EXPECT_EQ(info->nodata_share, plain.info.nodata_share);
+            EXPECT_EQ(info->filled_share, plain.info.filled_share);
+        }
+        expect_same_answers(*plain.source, *first.source);
+        expect_same_answers(*plain.source, *second.source);
+    }
+}
+
+TEST_F(OpeningScan, DetailIsTheSame) {
+    write_raster(raster_, wide(GDT_Float32, 10.0));
+    DemSettings plain = settings("", 5.0), scanned = settings(scan_, 5.0);
+    plain.detail_seed = scanned.detail_seed = 3;
+    open_dem(raster_, scanned);
+    expect_same_answers(*open_dem(raster_, plain).source, *open_dem(raster_, scanned).source);
+}
+
+TEST_F(OpeningScan, ASampleThatChangedIsFoundWhenItIsRead) {
+    const auto spec = [](double lift) {
+        RasterSpec changed = wide(GDT_Float32, 10.0);
+        changed.value = [lift, value = changed.value](int column, int row) {
+            return value(column, row) + (column == 600 && row == 100 ? lift : 0.0);
+        };
+        return changed;
+    };
+    write_raster(raster_, spec(0.0));
+    const auto time = fs::last_write_time(raster_);
+    const OpenedDem before = open(raster_, scan_);
+    write_raster(raster_, spec(0.25));
+    fs::last_write_time(raster_, time);
+    const OpenedDem after = open(raster_, scan_);
+    std::vector<double> heights(4);
+    const auto sample = [&](int column, int row) {
+        const Lattice& lattice = after.source->lattice();
+        const auto at = [](double place, double origin, double spacing) {
+            return static_cast<std::int64_t>(std::floor((place - origin) / spacing));
+        };
+        const LatticePoint corner{
+            at(sample_x(after.info, column), lattice.origin_x, lattice.spacing),
+            at(sample_y(after.info, row), lattice.origin_y, lattice.spacing)};
+        return after.source->sample({corner, 1, 2, 2}, heights);
+    };
+    const auto refused = sample(600, 100);
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_EQ(refused.error().code, ErrorCode::bad_data);
+    for (const char* part : {raster_.c_str(), "columns 512 to 767", "rows 512 to 699"}) {
+        EXPECT_NE(refused.error().message.find(part), std::string::npos) << refused.error().message;
+    }
+    EXPECT_TRUE(sample(100, 100).has_value()) << "its square has not changed";
+    fs::remove(scan_);
+    EXPECT_NE(open(raster_, scan_).info.samples_hash, before.info.samples_hash);
+}
+
+TEST_F(OpeningScan, TheHashOfSamplesTellsWhichHaveNoData) {
+    const auto hash = [this](double nodata) {
+        // The void is filled with the height around it.
+        write_raster(raster_,
+                     {.columns = 30, .rows = 30, .nodata = nodata, .value = [](int c, int r) {
+                          return c == 15 && r == 15 ? 8.0 : 7.0;
+                      }});
+        fs::remove(scan_);
+        return open(raster_, scan_).info.samples_hash;
+    };
+    const std::string with_nodata = hash(8.0);
+    EXPECT_NE(with_nodata, hash(9.0));
+    write_raster(raster_,
+                 {.columns = 30, .rows = 30, .nodata = 9.0, .value = [](int, int) { return 7.0; }});
+    fs::remove(scan_);
+    EXPECT_NE(with_nodata, open(raster_, scan_).info.samples_hash);
+}
+
+TEST_F(OpeningScan, TheScanOfAnotherRasterIsRefused) {
+    write_raster(raster_, wide(GDT_Float32, 10.0));
+    open(raster_, scan_);
+    EXPECT_FALSE(try_open(2.0).has_value()) << "another lattice";
+    write_raster(raster_, opening_test::rough(500, 20));
+    const auto refused = try_open();
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_EQ(refused.error().code, ErrorCode::invalid_argument);
+    for (const std::string& part : {raster_, scan_}) {
+        EXPECT_NE(refused.error().message.find(part), std::string::npos) << refused.error().message;
+    }
+}
+
+TEST_F(OpeningScan, ADamagedScanGivesNoWrongAnswer) {
+    write_raster(raster_, wide(GDT_Float32, 10.0));
+    const OpenedDem whole = open(raster_, scan_);
+    std::ifstream file(scan_, std::ios::binary);
+    const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
+    ASSERT_GT(bytes.size(), 1000u);
+    const Lattice& lattice = whole.source->lattice();
+    const SampleGrid grid{
+        lattice.corner(
+            {.x = lattice.first_root_x * 4 + 1, .y = lattice.first_root_y * 4 + 1, .level = 2}),
+        lattice.chunk_side(2) / kChunkCells, 129, 129};
+    const auto answers = [&grid](const HeightSource& source) {
+        std::vector<double> heights(grid.size());
+        std::vector<float> bounds(grid.size()), cells(128u * 128u);
+        std::vector<std::uint8_t> flags(128u * 128u);
+        const bool is_read = source.sample(grid, heights) &&
+                             source.mesh_bounds(grid, bounds, cells) &&
+                             source.cell_flags(grid, flags);
+        const HeightInterval range = source.interval(source.extent());
+        const HeightInterval part = source.interval({-500.0, -500.0, 300.0, 200.0});
+        return std::tuple(is_read, heights, bounds, cells, flags, range.low, range.high, part.low,
+                          part.high);
+    };
+    const auto expected = answers(*whole.source);
+    ASSERT_TRUE(std::get<0>(expected));
+    std::mt19937 random(3);
+    int refused = 0, told = 0, same = 0;
+    for (int i = 0; i < 150; ++i) {
+        std::vector<char> damaged = bytes;
+        if (i % 10 == 0) {
+            damaged.resize(random() % bytes.size());
+        } else {
+            damaged[random() % bytes.size()] ^= static_cast<char>(1u << (random() % 8));
+        }
+        write(damaged);
+        const auto source = try_open();
+        if (!source) {
+            ++refused;
+            EXPECT_NE(source.error().message.find(scan_), std::string::npos)
+                << source.error().message;
+            continue;
+        }
+        auto found = answers(**source);
+        if (!std::get<0>(found)) {
+            ++told;
+            continue;
+        }
+        if (std::isinf(std::get<7>(found))) {
+            ++told;
+            std::get<7>(found) = std::get<7>(expected);
+            std::get<8>(found) = std::get<8>(expected);
+        }
+        EXPECT_EQ(found, expected) << "change " << i;
+        ++same;
+    }
+    EXPECT_GT(refused, 10);
+    EXPECT_GT(told, 0);
+    EXPECT_GT(same, 0);
+}
+
+TEST_F(OpeningScan, NothingIsWrittenOfARasterThatIsResampled) {
+    RasterSpec turned = opening_test::rough(60, 50);
+    turned.transform = {1000.0, 8.0, 6.0, 5000.0, 6.0, -8.0};
+    write_raster(raster_, turned);
+    const OpenedDem opened = open(raster_, scan_);
+    EXPECT_EQ(opened.info.samples_hash, "");
+    EXPECT_FALSE(fs::exists(scan_));
+}
+
+TEST_F(OpeningScan, AScanThatCannotBeWrittenIsTold) {
+    write_raster(raster_, opening_test::rough(50, 50));
+    const auto refused = DemHeights::open(raster_, settings("/proc/none/hills.scan"));
+    ASSERT_FALSE(refused.has_value());
+    EXPECT_EQ(refused.error().code, ErrorCode::io);
+}
+
+}  // namespace opening_scan_test
 }  // namespace terrane::test

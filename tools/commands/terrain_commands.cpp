@@ -195,8 +195,10 @@ CommandResult<void> report_error(const Error& error) {
     return pass_on(error);
 }
 
-/// A hash of the raster's file, so that shards of two versions of it are not mixed.
-std::string fingerprint_of(const TerrainOptions& options) {
+/// A hash of the raster, so that shards of two versions of it are not mixed: of its samples, or of its file if it is
+/// resampled.
+std::string fingerprint_of(const TerrainOptions& options, const Terrain& terrain) {
+    if (terrain.dem && !terrain.dem->samples_hash.empty()) return terrain.dem->samples_hash;
     std::ifstream file(options.dem, std::ios::binary);
     if (options.dem.empty() || !file) return {};
     ContentHasher hasher;
@@ -209,9 +211,10 @@ std::string fingerprint_of(const TerrainOptions& options) {
 }
 
 /// The steps of a sharded bake that the options ask for.
-CommandResult<void> run_sharded_bake(const BakeOptions& options, const HeightSource& source,
+CommandResult<void> run_sharded_bake(const BakeOptions& options, const Terrain& terrain,
                                      BakeSettings settings, nlohmann::ordered_json& summary) {
-    settings.fingerprint = fingerprint_of(options.terrain);
+    const HeightSource& source = *heightfield_of(terrain);
+    settings.fingerprint = fingerprint_of(options.terrain, terrain);
     Progress progress("baking");
     std::size_t done = 0, count = 1;
     settings.progress = [&](double share) {
@@ -271,6 +274,7 @@ CommandResult<void> run_bake(const BakeOptions& options) {
     }
     TerrainOptions wanted = options.terrain;
     wanted.world = WorldKind::bounded;
+    if (options.has_shards()) wanted.scan_file = options.out + "/raster.scan";
     TERRANE_TRY(const Terrain terrain, open_terrain(wanted));
     BakeSettings settings;
     const int levels = terrain.source->lattice().finest_level + 1;
@@ -287,9 +291,8 @@ CommandResult<void> run_bake(const BakeOptions& options) {
     }
     watch_for_interrupts();
     // a store contains only heights: a scene adds its volumes to a baked terrain as to any other
-    const HeightSource& source = *heightfield_of(terrain);
     if (options.has_shards()) {
-        TERRANE_TRY(run_sharded_bake(options, source, settings, summary));
+        TERRANE_TRY(run_sharded_bake(options, terrain, settings, summary));
         if (options.is_sharded || options.is_combine) TERRANE_TRY(combine());
     } else {
         Progress progress("baking");
@@ -297,7 +300,8 @@ CommandResult<void> run_bake(const BakeOptions& options) {
             progress.show(share);
             return !is_interrupted();
         };
-        const Result<StoreInfo> baked = ChunkStore::bake(source, options.out, settings);
+        const Result<StoreInfo> baked =
+            ChunkStore::bake(*heightfield_of(terrain), options.out, settings);
         if (!baked) return report_error(baked.error());
         describe(*baked, summary);
     }

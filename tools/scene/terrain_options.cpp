@@ -339,6 +339,7 @@ CommandResult<Terrain> open_dem(const TerrainOptions& options) {
         return true;
     };
     settings.cache = choose_cache(options.cache);
+    settings.scan_file = options.scan_file;
     DemInfo info;
     Result<std::shared_ptr<const HeightSource>> source =
         DemHeights::open(options.dem, settings, &info);

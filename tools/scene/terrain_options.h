@@ -85,6 +85,7 @@ struct TerrainOptions {
     WorldKind world = WorldKind::windowed;                   ///< of a fractal without world_m
     std::optional<WorldVec2> start = std::nullopt;           ///< start position of commands, metres
     std::optional<WorldVec2> start_lonlat = std::nullopt;    ///< the same as longitude and latitude
+    std::string scan_file = {};                              ///< as DemSettings::scan_file
     std::string cache;         ///< a folder, "beside" or "off"; "": the user's cache folder
     HttpOptions http = {};     ///< of a baked terrain at an address
     std::string command = {};  ///< name of the command, for notes

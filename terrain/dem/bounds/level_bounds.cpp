@@ -4,7 +4,9 @@
 #include "raster/cancellable_work.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <optional>
 #include <span>
@@ -231,6 +233,32 @@ void BoundTiers::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out
     }
 }
 
+Result<void> BoundTiers::add_cell_flags(
+    const std::function<Result<void>(const SampleGrid& grid, std::span<std::uint8_t> flags_out)>&
+        get_flags) {
+    for (BoundTier& tier : tiers_) {
+        tier.cell_flags.resize(tier.bounds.size());
+        const SampleGrid grid{{tier.first_x * tier.step, tier.first_y * tier.step},
+                              tier.step,
+                              tier.columns + 1,
+                              tier.rows + 1};
+        TERRANE_TRY(get_flags(grid, tier.cell_flags));
+    }
+    return {};
+}
+
+void BoundTiers::cell_flags(const SampleGrid& grid, std::span<std::uint8_t> flags_out) const {
+    const BoundTier* tier = find(grid.step);
+    TERRANE_ASSERT(has_cell_flags(grid.step), "cells of this size have no flags");
+    const std::int64_t x = grid.corner.x / grid.step, y = grid.corner.y / grid.step;
+    std::size_t at = 0;
+    for (int row = 0; row + 1 < grid.rows; ++row) {
+        for (int column = 0; column + 1 < grid.columns; ++column) {
+            flags_out[at++] = tier->cell_flags[tier->at(x + column, y + row)];
+        }
+    }
+}
+
 namespace {
 
 constexpr HeightInterval kNothing{std::numeric_limits<double>::infinity(),
@@ -240,6 +268,9 @@ void add(HeightInterval& range, const HeightInterval& other) {
     range.low = std::min(range.low, other.low);
     range.high = std::max(range.high, other.high);
 }
+
+/// Words of 32 bits of a node in a tile.
+constexpr int kNodeWords = 2 * sizeof(double) / sizeof(std::uint32_t);
 
 /// Margin for the rounding of interpolation and distances.
 constexpr double kHeightRounding = 1e-9;
@@ -255,10 +286,22 @@ Result<HeightPyramid> HeightPyramid::create(const BilinearGrid& grid, const Rast
     return pyramid;
 }
 
-Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgress& progress) {
+HeightPyramid::Level HeightPyramid::first_level(const BilinearGrid& grid) {
     Level level;
-    level.columns = std::max((grid_.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
-    level.rows = std::max((grid_.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
+    level.columns = std::max((grid.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
+    level.rows = std::max((grid.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
+    return level;
+}
+
+HeightPyramid::Level HeightPyramid::next_level(const Level& fine) {
+    Level level;
+    level.columns = (fine.columns + 1) / 2;
+    level.rows = (fine.rows + 1) / 2;
+    return level;
+}
+
+Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgress& progress) {
+    Level level = first_level(grid_);
     level.nodes.assign(
         static_cast<std::size_t>(level.columns) * static_cast<std::size_t>(level.rows), kNothing);
     const int width = grid_.columns;
@@ -302,9 +345,7 @@ Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgres
 void HeightPyramid::add_levels() {
     while (levels_.back().columns > 1 || levels_.back().rows > 1) {
         const Level& fine = levels_.back();
-        Level coarse;
-        coarse.columns = (fine.columns + 1) / 2;
-        coarse.rows = (fine.rows + 1) / 2;
+        Level coarse = next_level(fine);
         coarse.nodes.assign(
             static_cast<std::size_t>(coarse.columns) * static_cast<std::size_t>(coarse.rows),
             kNothing);
@@ -359,16 +400,40 @@ HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
         ++k;
         side *= 2;
     }
-    const Level& level = levels_[k];
+    const Result<HeightInterval> range =
+        range_of(levels_[k], west / side, south / side, east / side, north / side);
+    if (!range) {
+        constexpr double kInfinite = std::numeric_limits<double>::infinity();
+        return {-kInfinite, kInfinite};
+    }
+    return {range->low - kHeightRounding, range->high + kHeightRounding};
+}
+
+Result<HeightInterval> HeightPyramid::range_of(const Level& level, int west, int south, int east,
+                                               int north) const {
     HeightInterval range = kNothing;
-    for (int y = south / side; y <= north / side; ++y) {
-        for (int x = west / side; x <= east / side; ++x) {
-            add(range,
-                level.nodes[static_cast<std::size_t>(y) * static_cast<std::size_t>(level.columns) +
-                            static_cast<std::size_t>(x)]);
+    if (!level.nodes.empty()) {
+        for (int y = south; y <= north; ++y) {
+            for (int x = west; x <= east; ++x) add(range, level.nodes[level.at(x, y)]);
+        }
+        return range;
+    }
+    for (int tile_y = south / kTileSide; tile_y <= north / kTileSide; ++tile_y) {
+        for (int tile_x = west / kTileSide; tile_x <= east / kTileSide; ++tile_x) {
+            TERRANE_TRY(const auto tile, tiles_->square(tile_x, level.first_tile_row + tile_y));
+            const int last_x = std::min(east - tile_x * kTileSide, kTileSide - 1);
+            const int last_y = std::min(north - tile_y * kTileSide, kTileSide - 1);
+            for (int y = std::max(south - tile_y * kTileSide, 0); y <= last_y; ++y) {
+                for (int x = std::max(west - tile_x * kTileSide, 0); x <= last_x; ++x) {
+                    std::array<double, 2> ends{};
+                    std::memcpy(ends.data(), tile->data() + kNodeWords * (y * kTileSide + x),
+                                sizeof ends);
+                    add(range, {ends[0], ends[1]});
+                }
+            }
         }
     }
-    return {range.low - kHeightRounding, range.high + kHeightRounding};
+    return range;
 }
 
 double HeightPyramid::rise_bound(double distance) const {
@@ -417,9 +482,7 @@ Result<HeightPyramid> HeightPyramid::read(const BilinearGrid& grid, ByteReader& 
     HeightPyramid pyramid;
     pyramid.grid_ = grid;
     pyramid.slope_ = in.get<double>();
-    Level level;
-    level.columns = std::max((grid.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
-    level.rows = std::max((grid.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
+    Level level = first_level(grid);
     for (;;) {
         level.rise = in.get<double>();
         level.nodes.resize(static_cast<std::size_t>(level.columns) *
@@ -431,10 +494,93 @@ Result<HeightPyramid> HeightPyramid::read(const BilinearGrid& grid, ByteReader& 
         const bool is_last = level.columns == 1 && level.rows == 1;
         pyramid.levels_.push_back(level);
         if (is_last || in.has_failed()) break;
-        level.columns = (level.columns + 1) / 2;
-        level.rows = (level.rows + 1) / 2;
+        level = next_level(level);
     }
     if (in.has_failed()) return other_size();
+    return pyramid;
+}
+
+Result<void> HeightPyramid::write_tiles(SealedWriter& file, ByteWriter& directory) const {
+    directory.put(slope_);
+    for (const Level& level : levels_) {
+        directory.put(level.rise);
+        if (level.is_one_tile()) {
+            for (const HeightInterval& node : level.nodes) {
+                directory.put(node.low);
+                directory.put(node.high);
+            }
+            continue;
+        }
+        for (int tile_y = 0; tile_y < Level::tiles_along(level.rows); ++tile_y) {
+            for (int tile_x = 0; tile_x < Level::tiles_along(level.columns); ++tile_x) {
+                ByteWriter content;
+                for (int y = 0; y < kTileSide; ++y) {
+                    for (int x = 0; x < kTileSide; ++x) {
+                        const int column = tile_x * kTileSide + x, row = tile_y * kTileSide + y;
+                        const bool is_inside = column < level.columns && row < level.rows;
+                        const HeightInterval node =
+                            is_inside ? level.nodes[level.at(column, row)] : kNothing;
+                        content.put(node.low);
+                        content.put(node.high);
+                    }
+                }
+                TERRANE_TRY(const auto record, SealedRecord::append(file, content.bytes()));
+                record.put(directory);
+            }
+        }
+    }
+    return {};
+}
+
+Result<HeightPyramid> HeightPyramid::read_tiles(const BilinearGrid& grid,
+                                                std::shared_ptr<const SealedReader> file,
+                                                ByteReader& directory) {
+    /// Tiles kept in memory: 32 MB.
+    constexpr std::size_t kMostTiles = 512;
+    HeightPyramid pyramid;
+    pyramid.grid_ = grid;
+    pyramid.slope_ = directory.get<double>();
+    std::vector<std::vector<SealedRecord>> records;  // by rows of tiles
+    Level level = first_level(grid);
+    for (;;) {
+        level.rise = directory.get<double>();
+        if (level.is_one_tile()) {
+            level.nodes.resize(static_cast<std::size_t>(level.columns) *
+                               static_cast<std::size_t>(level.rows));
+            for (HeightInterval& node : level.nodes) {
+                node.low = directory.get<double>();
+                node.high = directory.get<double>();
+            }
+        } else {
+            level.first_tile_row = static_cast<int>(records.size());
+            for (int y = 0; y < Level::tiles_along(level.rows); ++y) {
+                std::vector<SealedRecord>& row = records.emplace_back();
+                for (int x = 0; x < Level::tiles_along(level.columns); ++x) {
+                    row.push_back(SealedRecord::get(directory));
+                }
+            }
+        }
+        const bool is_last = level.columns == 1 && level.rows == 1;
+        pyramid.levels_.push_back(level);
+        if (is_last || directory.has_failed()) break;
+        level = next_level(level);
+    }
+    if (directory.has_failed()) return other_size();
+    const auto load = [file = std::move(file), records = std::move(records)](
+                          int x, int y) -> Result<std::shared_ptr<const SquareCache::Square>> {
+        const SealedRecord& record =
+            records[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)];
+        TERRANE_TRY(const auto bytes, record.read(*file));
+        std::vector<double> ends(2 * kTileSide * kTileSide);
+        ByteReader in(bytes);
+        in.get_each(std::span<double>(ends));
+        if (!in.is_done()) return other_size();
+        auto words =
+            std::make_shared<SquareCache::Square>(std::size_t{kNodeWords} / 2 * ends.size());
+        std::memcpy(words->data(), ends.data(), sizeof(double) * ends.size());
+        return words;
+    };
+    pyramid.tiles_ = std::make_shared<const SquareCache>(grid.columns, kTileSide, kMostTiles, load);
     return pyramid;
 }
 
@@ -447,11 +593,12 @@ void BoundTiers::write(ByteWriter& out) const {
     for (const BoundTier& tier : tiers_) {
         out.put_each(all_of(tier.bounds));
         out.put_each(all_of(tier.cell_bounds));
+        out.put_each(all_of(tier.cell_flags));
     }
 }
 
 Result<std::unique_ptr<BoundTiers>> BoundTiers::read(std::shared_ptr<const FineSurface> fine,
-                                                     ByteReader& in) {
+                                                     ByteReader& in, bool has_cell_flags) {
     std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
     const BilinearGrid& grid = tiers->fine_->grid();
     const auto step = in.get<std::int64_t>();
@@ -472,6 +619,9 @@ Result<std::unique_ptr<BoundTiers>> BoundTiers::read(std::shared_ptr<const FineS
     for (BoundTier& tier : tiers->tiers_) {
         in.get_each(std::span<float>(tier.bounds));
         in.get_each(std::span<float>(tier.cell_bounds));
+        if (!has_cell_flags) continue;
+        tier.cell_flags.resize(tier.bounds.size());
+        in.get_each(std::span<std::uint8_t>(tier.cell_flags));
     }
     if (in.has_failed()) return other_size();
     return tiers;

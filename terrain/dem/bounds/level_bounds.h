@@ -3,6 +3,7 @@
 
 #include "bilinear/bilinear_grid.h"
 #include "bilinear/fine_surface.h"
+#include "bilinear/raster_samples.h"
 #include "raster/cancellable_work.h"
 #include "raster/raster_store.h"
 
@@ -11,6 +12,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -36,6 +38,10 @@ struct BoundTier {
     /// [rows * columns] range of the surface minus the bilinear interpolation of the corners, over the cell
     /// north-east of a point.
     std::vector<float> cell_low, cell_high;
+
+    /// [rows * columns] bits of CellFlag of the cell north-east of a point. Only of a raster with nodata that was
+    /// reopened.
+    std::vector<std::uint8_t> cell_flags;
 
     bool contains(std::int64_t x, std::int64_t y) const {
         return x >= first_x && y >= first_y && x < first_x + columns && y < first_y + rows;
@@ -87,7 +93,7 @@ public:
     /// Serialisation for OpeningCache; read() fails with bad_data if the bytes do not match this surface.
     void write(ByteWriter& out) const;
     static Result<std::unique_ptr<BoundTiers>> read(std::shared_ptr<const FineSurface> fine,
-                                                    ByteReader& in);
+                                                    ByteReader& in, bool has_cell_flags = false);
 
     /// Whether sample() can give the heights of a grid: its corner and step must be multiples of the first tier's step.
     bool has_heights(const SampleGrid& grid) const;
@@ -97,6 +103,17 @@ public:
     void vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     void cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const;
     std::int64_t first_step() const { return first().step; }
+
+    /// Flags of the cells of all tiers, for write(). Fails: as get_flags
+    Result<void> add_cell_flags(
+        const std::function<Result<void>(const SampleGrid& grid,
+                                         std::span<std::uint8_t> flags_out)>& get_flags);
+    /// Whether cell_flags() has the flags of the cells of a step.
+    bool has_cell_flags(std::int64_t step) const {
+        return !first().cell_flags.empty() && find(step) != nullptr;
+    }
+    /// As in HeightSource; requires has_cell_flags().
+    void cell_flags(const SampleGrid& grid, std::span<std::uint8_t> flags_out) const;
 
     /// Work done for the tiers above the first: visited tiles, summed over triangles.
     std::int64_t tile_visits() const { return tile_visits_; }
@@ -132,7 +149,16 @@ public:
     void write(ByteWriter& out) const;
     static Result<HeightPyramid> read(const BilinearGrid& grid, ByteReader& in);
 
-    /// Contains every height over a closed rectangle of the plane.
+    /// The same, but for levels of more than one tile, whose tiles are records of the file.
+    /// Fails: io
+    Result<void> write_tiles(SealedWriter& file, ByteWriter& directory) const;
+    /// Reads tiles when they are needed, and keeps some in memory.
+    /// Fails: bad_data if the bytes do not match this grid
+    static Result<HeightPyramid> read_tiles(const BilinearGrid& grid,
+                                            std::shared_ptr<const SealedReader> file,
+                                            ByteReader& directory);
+
+    /// Contains every height over a closed rectangle of the plane. Infinite if a tile cannot be read.
     HeightInterval interval(const WorldRect& rect) const;
     /// As HeightSource::rise_bound().
     double rise_bound(double distance) const;
@@ -141,16 +167,32 @@ public:
 private:
     struct Level {
         int columns = 0, rows = 0;
-        std::vector<HeightInterval> nodes;
-        double rise = 0.0;  ///< largest range of heights in 2 x 2 adjacent nodes
+        std::vector<HeightInterval> nodes;  ///< empty if they are in tiles
+        double rise = 0.0;                  ///< largest range of heights in 2 x 2 adjacent nodes
+        int first_tile_row = 0;  ///< if its nodes are in tiles: tiles of all levels are stacked
+
+        std::size_t at(int x, int y) const {
+            return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
+                   static_cast<std::size_t>(x);
+        }
+        bool is_one_tile() const { return columns <= kTileSide && rows <= kTileSide; }
+        static int tiles_along(int nodes) { return (nodes + kTileSide - 1) / kTileSide; }
     };
+    static constexpr int kTileSide = 64;
+
+    static Level first_level(const BilinearGrid& grid);
+    static Level next_level(const Level& fine);
+    /// Range of the nodes of a closed rectangle of a level. Fails: as reading tiles
+    Result<HeightInterval> range_of(const Level& level, int west, int south, int east,
+                                    int north) const;
 
     Result<void> add_samples(const RasterStore& store, OpeningProgress& progress);
     void add_levels();
 
     BilinearGrid grid_;
-    std::vector<Level> levels_;  ///< level k: nodes of 8 * 2^k cells
-    double slope_ = 0.0;         ///< largest gradient
+    std::vector<Level> levels_;                 ///< level k: nodes of 8 * 2^k cells
+    double slope_ = 0.0;                        ///< largest gradient
+    std::shared_ptr<const SquareCache> tiles_;  ///< of levels whose nodes are in tiles
 };
 
 }  // namespace terrane::internal

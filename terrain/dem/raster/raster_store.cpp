@@ -19,6 +19,13 @@ int strip_rows(int columns) {
                       32 * kBlockSide);
 }
 
+namespace {
+
+/// Squares of flags that a reopened raster keeps in memory.
+constexpr std::size_t kFlagSquares = 64;
+
+}  // namespace
+
 RasterStore::RasterStore(std::shared_ptr<const HeightReader> reader, const StoreSettings& settings,
                          double needed_bytes)
     : reader_(std::move(reader)),
@@ -31,7 +38,9 @@ RasterStore::RasterStore(std::shared_ptr<const HeightReader> reader, const Store
       squares_(info_.columns, kSquareSide,
                std::max<std::size_t>(
                    settings_.cache_bytes / (sizeof(std::uint32_t) * kSquareSide * kSquareSide), 4),
-               [this](int x, int y) { return read_square(x, y); }) {}
+               [this](int x, int y) { return read_square(x, y); }),
+      flag_squares_(info_.columns, kSquareSide, kFlagSquares,
+                    [this](int x, int y) { return read_flags(x, y); }) {}
 
 Result<std::unique_ptr<RasterStore>> RasterStore::open(std::shared_ptr<const HeightReader> reader,
                                                        const StoreSettings& settings,
@@ -52,6 +61,68 @@ Result<std::unique_ptr<RasterStore>> RasterStore::open(std::shared_ptr<const Hei
     store->fill_->relax();
     if (store->in_memory()) store->fill_memory();
     return store;
+}
+
+std::unique_ptr<RasterStore> RasterStore::reopen(std::shared_ptr<const HeightReader> reader,
+                                                 const StoreSettings& settings,
+                                                 std::shared_ptr<const ScannedSamples> scan) {
+    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, 0.0));
+    const ScannedSamples::Summary& summary = scan->summary();
+    store->info_.min_m = summary.min_m;
+    store->info_.max_m = summary.max_m;
+    store->info_.nodata_share = summary.nodata_share;
+    store->info_.filled_share = summary.filled_share;
+    store->packing_ = SamplePacking::of_parts(summary.base, summary.step, summary.is_integer);
+    store->rounding_ = summary.rounding;
+    store->scan_ = std::move(scan);
+    return store;
+}
+
+Result<void> RasterStore::write(SealedWriter& file, ByteWriter& directory) const {
+    const auto get_square = [this](int x, int y) -> Result<ScannedSquare> {
+        const int west = x * kSquareSide, south = y * kSquareSide;
+        const int columns = std::min(kSquareSide, info_.columns - west);
+        const int rows = std::min(kSquareSide, info_.rows - south);
+        const std::size_t size = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+        std::vector<double> heights(size);
+        TERRANE_TRY(read(west, south, columns, rows, heights));
+        ScannedSquare square;
+        for (const double height : heights) square.packed.push_back(packing_.pack_relative(height));
+        if (voids_.flags(west, south, west + columns - 1, south + rows - 1) == 0) return square;
+        for (int row = 0; row < rows; ++row) {
+            for (int column = 0; column < columns; ++column) {
+                square.flags.push_back(voids_.flags(west + column, south + row));
+            }
+        }
+        return square;
+    };
+    return ScannedSamples::write(
+        info_.columns, info_.rows,
+        {info_.min_m, info_.max_m, info_.nodata_share, info_.filled_share, packing_.base(),
+         packing_.step(), packing_.is_integer(), rounding_},
+        get_square, file, directory);
+}
+
+Result<std::uint8_t> RasterStore::flags(int west, int south, int east, int north) const {
+    if (!scan_) return voids_.flags(west, south, east, north);
+    std::uint8_t flags = 0;
+    for (int y = south / kSquareSide; y <= north / kSquareSide; ++y) {
+        for (int x = west / kSquareSide; x <= east / kSquareSide; ++x) {
+            if (!scan_->has_nodata(x, y)) continue;
+            TERRANE_TRY(const auto square, flag_squares_.square(x, y));
+            const int columns = std::min(kSquareSide, info_.columns - x * kSquareSide);
+            const int first = std::max(west - x * kSquareSide, 0);
+            const int last = std::min(east - x * kSquareSide, columns - 1);
+            const int end = std::min(north - y * kSquareSide, kSquareSide - 1);
+            for (int row = std::max(south - y * kSquareSide, 0); row <= end; ++row) {
+                const std::uint32_t* line = square->data() + std::ptrdiff_t{row} * columns;
+                for (int column = first; column <= last; ++column) {
+                    flags = static_cast<std::uint8_t>(flags | line[column]);
+                }
+            }
+        }
+    }
+    return flags;
 }
 
 Result<void> RasterStore::check_nodata_bytes(std::size_t bytes) const {
@@ -227,11 +298,32 @@ Result<std::shared_ptr<const SquareCache::Square>> RasterStore::read_square(int 
     std::size_t at = 0;
     for (int row = 0; row < rows; ++row) {
         for (int column = 0; column < columns; ++column, ++at) {
-            (*square)[at] = fill_ && std::isnan(heights[at]) ? filled(west + column, south + row)
-                                                             : packing_.pack(heights[at]);
+            std::uint32_t& packed = (*square)[at];
+            if (!std::isnan(heights[at])) {
+                packed = packing_.pack(heights[at]);
+            } else {
+                packed = scan_ ? scan_->no_data() : filled(west + column, south + row);
+            }
         }
     }
-    return square;
+    if (!scan_) return square;
+    if (!scan_->is_same(square_x, square_y, *square)) {
+        return fail(ErrorCode::bad_data,
+                    named_raster(reader_->path()) +
+                        " does not have the heights that were scanned: columns " +
+                        std::to_string(west) + " to " + std::to_string(west + columns - 1) +
+                        ", rows " + std::to_string(south) + " to " +
+                        std::to_string(south + rows - 1) + " from the south-west");
+    }
+    if (!scan_->has_nodata(square_x, square_y)) return square;
+    TERRANE_TRY(auto scanned, scan_->square(square_x, square_y));
+    return std::make_shared<const SquareCache::Square>(std::move(scanned.packed));
+}
+
+Result<std::shared_ptr<const SquareCache::Square>> RasterStore::read_flags(int square_x,
+                                                                           int square_y) const {
+    TERRANE_TRY(const auto scanned, scan_->square(square_x, square_y));
+    return std::make_shared<const SquareCache::Square>(scanned.flags.begin(), scanned.flags.end());
 }
 
 Result<void> RasterStore::read(std::int64_t column, std::int64_t row, int columns, int rows,

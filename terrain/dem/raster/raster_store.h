@@ -4,6 +4,7 @@
 #include "bilinear/raster_samples.h"
 #include "raster/cancellable_work.h"
 #include "raster/raster_reader.h"
+#include "raster/scanned_samples.h"
 #include "raster/voids.h"
 
 #include <cstdint>
@@ -27,6 +28,7 @@ struct StoreSettings {
     DemCache bounds_cache = {};                        ///< see DemSettings::cache
     NumberReading reading = {};                        ///< of the raster's numbers
     double progress_share = 0.5;                       ///< of the whole opening, when all is read
+    std::string scan_file = {};                        ///< as DemSettings::scan_file
 };
 
 /// The samples of a raster, with nodata filled: all finite, rows from south to north, heights relative to a base. They
@@ -45,8 +47,21 @@ public:
                                                      double needed_bytes,
                                                      OpeningProgress& progress);
 
+    /// The samples of a raster that was opened before, always read by window. Reads fail with bad_data in squares that
+    /// have changed since. Requires a scan of a raster of this size.
+    static std::unique_ptr<RasterStore> reopen(std::shared_ptr<const HeightReader> reader,
+                                               const StoreSettings& settings,
+                                               std::shared_ptr<const ScannedSamples> scan);
+    /// Writes what reopen() needs.
+    /// Fails: io
+    Result<void> write(SealedWriter& file, ByteWriter& directory) const;
+
     const DemInfo& info() const { return info_; }
-    const VoidMap& voids() const { return voids_; }
+    /// Whether no sample is nodata.
+    bool is_whole() const { return scan_ ? scan_->is_whole() : voids_.empty(); }
+    /// Bits of CellFlag over the samples of a closed rectangle inside the raster.
+    /// Fails: io and bad_data if the raster was reopened
+    Result<std::uint8_t> flags(int west, int south, int east, int north) const;
     bool in_memory() const { return !samples_.empty(); }
 
     const SamplePacking& packing() const override { return packing_; }
@@ -62,7 +77,7 @@ public:
                       std::span<double> heights_out) const override;
 
 private:
-    static constexpr int kSquareSide = 256;
+    static constexpr int kSquareSide = ScannedSamples::kSide;
 
     RasterStore(std::shared_ptr<const HeightReader> reader, const StoreSettings& settings,
                 double needed_bytes);
@@ -84,6 +99,8 @@ private:
     Result<void> check_nodata_bytes(std::size_t bytes) const;
     Result<std::shared_ptr<const SquareCache::Square>> read_square(int square_x,
                                                                    int square_y) const;
+    /// The flags of a reopened raster's square with nodata, [rows * columns].
+    Result<std::shared_ptr<const SquareCache::Square>> read_flags(int square_x, int square_y) const;
 
     std::shared_ptr<const HeightReader> reader_;  ///< shared with reads that timed out
     StoreSettings settings_;
@@ -94,8 +111,10 @@ private:
     std::optional<VoidFill> fill_;
     SamplePacking packing_;
     double rounding_ = 0.0;
-    std::vector<std::uint32_t> samples_;  ///< empty if the raster is read by window
-    SquareCache squares_;                 ///< of a raster that is read by window
+    std::vector<std::uint32_t> samples_;          ///< empty if the raster is read by window
+    std::shared_ptr<const ScannedSamples> scan_;  ///< of a raster that was reopened; otherwise null
+    SquareCache squares_;                         ///< of a raster that is read by window
+    SquareCache flag_squares_;                    ///< flags of a reopened raster
 };
 
 }  // namespace terrane::internal

@@ -376,16 +376,16 @@ Result<ResampledRaster::Tile> ResampledRaster::make_tile(int column, int row, in
                 std::max(-0.5 - node.p.column, node.p.column - (raster.columns - 0.5));
             const double out_y = std::max(-0.5 - node.p.row, node.p.row - (raster.rows - 0.5));
             if (out_x > node.beyond.column || out_y > node.beyond.row) continue;
-            if (!raster_->voids().empty()) {
+            if (!raster_->is_whole()) {
                 const auto sample = [](double at, int count) {
                     return static_cast<int>(std::clamp(at, 0.0, count - 1.0));
                 };
                 const double c = std::floor(node.p.column), r = std::floor(node.p.row);
-                if (raster_->voids().flags(sample(c, raster.columns), sample(r, raster.rows),
-                                           sample(c + 1.0, raster.columns),
-                                           sample(r + 1.0, raster.rows)) != 0) {
-                    continue;
-                }
+                TERRANE_TRY(
+                    const auto flags,
+                    raster_->flags(sample(c, raster.columns), sample(r, raster.rows),
+                                   sample(c + 1.0, raster.columns), sample(r + 1.0, raster.rows)));
+                if (flags != 0) continue;
             }
             node.lean = std::hypot(foot.normal.x(), foot.normal.y());
             node.upright = foot.normal.z();

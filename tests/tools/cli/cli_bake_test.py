@@ -99,7 +99,12 @@ class Bake(Folder):
         run_json("bake", "--dem", raster, "--out", out, "--plan")
         done = run("bake", "--dem", raster, "--detail-m", 5, "--out", out, "--plan")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+        self.assertIn("raster.scan", done.stderr)
+        os.remove(f"{out}/raster.scan")
+        done = run("bake", "--dem", raster, "--detail-m", 5, "--out", out, "--plan")
+        self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
         self.assertIn("plan.json", done.stderr)
+        os.remove(f"{out}/raster.scan")
         done = run("bake", "--out", out, "--combine")
         self.assertEqual((done.returncode, done.stderr.count("\n")), (1, 1))
         self.assertIn("shard 0 of", done.stderr)
@@ -148,7 +153,7 @@ class Bake(Folder):
     def test_an_interrupt_leaves_no_part_of_a_file(self):
         process = subprocess.Popen([PROGRAM, "bake", "--seed", "5", "--detail-m", "4", "--world-m", "131072", "--out",
                                     self.path("a.terrane")], stderr=subprocess.PIPE, text=True)
-        while not os.listdir(self.folder):
+        while not os.listdir(self.folder) and process.poll() is None:
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
         _, text = process.communicate(timeout=60)

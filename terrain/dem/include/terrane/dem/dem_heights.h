@@ -58,6 +58,12 @@ struct DemSettings {
     double detail_roughness = 1.0;
     /// A damaged or unwritable cache file is not an error: see DemInfo::cache_note.
     DemCache cache = {};
+    /// File with what an earlier opening found; "": none. If it is absent, opening writes it, with one more pass.
+    /// Otherwise opening reads it instead of the samples, and the source needs at most about 0.3 GiB for rasters of up
+    /// to 10^10 samples. Samples are then read by window, in squares of 256 x 256, and compared with their hashes: if
+    /// the raster or settings of its numbers have changed, reading fails with bad_data. A file of another raster or
+    /// lattice is an invalid_argument. Not used for a raster that is resampled (see DemHeights).
+    std::string scan_file = {};
 
     /// Unit of the numbers, such as "foot", in a spelling of GDAL, PROJ, EPSG or CF. Replaces the units of the band and
     /// of the vertical CRS. "": the file's; metres if it names none.
@@ -128,6 +134,8 @@ struct DemInfo {
     bool from_cache = false;  ///< whether bounds were read from the cache: DemSettings::cache
     /// Why a cache file was refused or not written, one sentence; "" if none was.
     std::string cache_note;
+    /// Hash of all samples, if DemSettings::scan_file was written or read: 32 hexadecimal digits. Otherwise "".
+    std::string samples_hash;
 };
 
 /// Surveyed heights: the bilinear surface of a raster that GDAL reads. World (0, 0) is the centre of the raster's outer
