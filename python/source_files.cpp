@@ -10,11 +10,14 @@
 
 #if TERRANE_PYTHON_DEM
 #include <terrane/dem/dem_heights.h>
+#include <terrane/dem/dem_note.h>
 #include <terrane/dem/georeference.h>
 #include <terrane/dem/imagery_raster.h>
 #endif
 #if TERRANE_PYTHON_STORE
 #include <terrane/store/chunk_store.h>
+#include <terrane/store/sealed_file.h>
+#include <terrane/store/shard_baker.h>
 #endif
 
 namespace terrane::python {
@@ -115,6 +118,9 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     watched.raise_pending();
     Source made{value_or_raise(std::move(source)), py::none()};
     made.dem = std::make_shared<const DemInfo>(info);
+    made.file = name;
+    made.samples_hash = info.samples_hash;
+    made.note = note_of(info);
     made.make_georeference = [info] {
         return py::cast(value_or_raise(Georeference::create(info)));
     };
@@ -235,23 +241,124 @@ Source open_store(const py::object& path) {
     const std::string name = path_text(path);
     StoreInfo info;
     auto source = without_lock([&] { return ChunkStore::open(name, &info); });
-    return {value_or_raise(std::move(source)), store_info(info)};
+    Source made{value_or_raise(std::move(source)), store_info(info)};
+    made.file = name;
+    made.note = info.note;
+    return made;
 }
 
-py::object bake(const Source& source, const py::object& path, int level_count,
-                const std::optional<std::array<double, 4>>& region, int worker_count,
-                const py::bytes& note, const py::object& progress) {
-    const Progress watched(progress);
+using Region = std::optional<std::array<double, 4>>;
+
+BakeSettings bake_settings(int level_count, const Region& region, int worker_count) {
     BakeSettings settings;
     settings.level_count = level_count;
     settings.worker_count = worker_count;
+    if (region) settings.region = WorldRect{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
+    return settings;
+}
+
+py::object bake(const Source& source, const py::object& path, int level_count, const Region& region,
+                int worker_count, const py::bytes& note, const py::object& progress) {
+    const Progress watched(progress);
+    BakeSettings settings = bake_settings(level_count, region, worker_count);
     settings.note = std::string(note);
     settings.progress = watched.function();
-    if (region) settings.region = WorldRect{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
     const std::string name = path_text(path);
     auto info = without_lock([&] { return ChunkStore::bake(*source.heights, name, settings); });
     watched.raise_pending();
     return store_info(value_or_raise(std::move(info)));
+}
+
+// A baker, with the source that it bakes.
+struct HeldShardBaker {
+    std::shared_ptr<const HeightSource> source;
+    ShardBaker baker;
+};
+
+std::unique_ptr<HeldShardBaker> make_shard_baker(const Source& source, const py::object& folder,
+                                                 int level_count, const Region& region,
+                                                 int worker_count,
+                                                 const std::optional<py::bytes>& note,
+                                                 const std::optional<std::string>& fingerprint) {
+    BakeSettings settings = bake_settings(level_count, region, worker_count);
+    settings.note = note ? std::string(*note) : source.note;
+    const std::string name = path_text(folder);
+    auto baker = without_lock([&] {
+        if (fingerprint) {
+            settings.fingerprint = *fingerprint;
+        } else if (!source.samples_hash.empty()) {
+            settings.fingerprint = source.samples_hash;
+        } else if (!source.file.empty()) {
+            const auto hash = hash_of_file(source.file);
+            if (hash) settings.fingerprint = hash->text();
+        }
+        return ShardBaker::create(*source.heights, name, settings);
+    });
+    return std::unique_ptr<HeldShardBaker>(
+        new HeldShardBaker{source.heights, value_or_raise(std::move(baker))});
+}
+
+void bind_shard_baker(py::module_& module) {
+    py::class_<HeldShardBaker>(
+        module, "ShardBaker",
+        R"(Bakes a source in pieces to a folder of files, which open_store() opens. Any thread.
+
+Shards are baked in any order, by any number of processes and machines that share the folder and do not know of each other;
+the files are the same, and those of `terrane bake --sharded`. A shard whose process was killed is baked again, a complete
+one is not. python3 -m terrane.bake does all of it on Dask.)")
+        .def(py::init(&make_shard_baker), py::arg("source"), py::arg("folder"), py::kw_only(),
+             py::arg("level_count") = 0, py::arg("region") = py::none(),
+             py::arg("worker_count") = 0, py::arg("note") = py::none(),
+             py::arg("fingerprint") = py::none(),
+             R"(Plans the shards, and writes the plan into the folder, which is made.
+
+level_count   levels from the root squares on; 0: all
+region        west, south, east, north, metres; None: everything
+worker_count  threads of bake_shard(); 0: as many as the machine has
+note          UTF-8 that is kept with it; None: the properties of a raster or store, such as its place on the Earth
+fingerprint   text that differs if the source differs; None: DemInfo.samples_hash, or the hash of the file of a raster or
+              store, else ""
+
+Raises ValueError for a setting out of range, and for a folder with the plan of another source; OSError. Without the lock.)")
+        .def_property_readonly(
+            "shard_count", [](const HeldShardBaker& held) { return held.baker.shard_count(); },
+            "Number of shards; they are numbered from 0.")
+        .def(
+            "is_baked",
+            [](const HeldShardBaker& held, std::int64_t shard) {
+                return without_lock([&] { return held.baker.is_baked(shard); });
+            },
+            py::arg("shard"), "Whether a shard is complete.")
+        .def(
+            "bake_shard",
+            [](const HeldShardBaker& held, std::int64_t shard) {
+                return value_or_raise(without_lock([&] { return held.baker.bake_shard(shard); }));
+            },
+            py::arg("shard"),
+            R"(Bakes a shard, unless it is complete. Returns whether it was not.
+
+Raises ValueError if there is no such shard, OSError where it cannot be written. Without the lock.)")
+        .def(
+            "verify_shard",
+            [](const HeldShardBaker& held, std::int64_t shard, std::int64_t every) {
+                return value_or_raise(
+                    without_lock([&] { return held.baker.verify_shard(shard, every); }));
+            },
+            py::arg("shard"), py::arg("every") = 16,
+            R"(Bakes one of `every` chunks and squares of a shard again, compares them, and returns their number.
+
+Raises ValueError that names the first one that differs, OSError if the shard is not baked. Without the lock.)")
+        .def_static(
+            "combine",
+            [](const py::object& folder) {
+                const std::string name = path_text(folder);
+                return store_info(
+                    value_or_raise(without_lock([&] { return ShardBaker::combine(name); })));
+            },
+            py::arg("folder"),
+            R"(Writes terrain.json of a folder whose shards are all baked, without their source. Returns a StoreInfo.
+
+Raises ValueError that names the first shard that is missing or damaged, OSError. Without the lock.)");
 }
 #endif
 
@@ -324,7 +431,7 @@ Raises OSError (cannot be read), ValueError (bad raster or setting), MemoryError
 #endif
 #if TERRANE_PYTHON_STORE
     module.def("open_store", &open_store, py::arg("path"),
-               R"(Opens a baked terrain.
+               R"(Opens a baked terrain: a file, the folder of one in shards, or its terrain.json.
 
 Raises OSError where it cannot be read, ValueError where it is no store or damaged.)");
     module.def(
@@ -340,6 +447,7 @@ note          bytes that are kept with it
 progress      as of open_dem(), on the calling thread
 
 Raises ValueError for a setting out of range, OSError where it cannot be written. Without the lock.)");
+    bind_shard_baker(module);
 #endif
 }
 

@@ -13,6 +13,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace terrane {
@@ -29,6 +30,9 @@ struct Source {
     py::object info;  ///< terrane.DemInfo, terrane.StoreInfo or None
     std::function<py::object()> make_georeference = {};  ///< of a raster; empty: there is none
     std::shared_ptr<const DemInfo> dem = {};             ///< of a raster; null: there is none
+    std::string file = {};          ///< of a raster or a store; "": there is none
+    std::string samples_hash = {};  ///< DemInfo::samples_hash
+    std::string note = {};  ///< of a raster or a store, for BakeSettings::note; "": there is none
 };
 
 /// Imagery of a raster, as held by Python. Immutable.
@@ -36,9 +40,10 @@ struct HeldImagery {
     std::shared_ptr<const ImagerySource> source;
 };
 
-/// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store() and bake().
+/// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store(), bake()
+/// and ShardBaker.
 void bind_sources(py::module_& module);
-/// Adds Imagery, and, if built, open_dem(), open_imagery(), open_store() and bake().
+/// Adds Imagery, and, if built, open_dem(), open_imagery(), open_store(), bake() and ShardBaker.
 void bind_files(py::module_& module);
 
 /// Bodies that need ground, as arguments of a terrain. Their trajectories are not stored.

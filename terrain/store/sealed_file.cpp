@@ -19,6 +19,7 @@
 #include <cstdio>
 #include <new>
 #include <string>
+#include <vector>
 
 namespace terrane {
 
@@ -58,6 +59,19 @@ ContentHash ContentHasher::value() const {
 ContentHash hash_of(std::span<const std::uint8_t> bytes) {
     const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
     return {hash.low64, hash.high64};
+}
+
+Result<ContentHash> hash_of_file(const std::string& path) {
+    TERRANE_TRY(const auto file, OpenFile::open(path));
+    constexpr std::uint64_t kPiece = 1 << 20;
+    ContentHasher hasher;
+    std::vector<std::uint8_t> bytes;
+    for (std::uint64_t at = 0; at < file.bytes(); at += bytes.size()) {
+        bytes.resize(std::min(kPiece, file.bytes() - at));
+        TERRANE_TRY(file.read(at, bytes));
+        hasher.add(bytes);
+    }
+    return hasher.value();
 }
 
 namespace {

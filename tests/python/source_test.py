@@ -2,13 +2,14 @@
 """Sources: fractals, rasters, baked stores; terrains over them."""
 import os
 import pathlib
+import subprocess
 import tempfile
 import unittest
 
 import numpy as np
 
 import terrane
-from grounds import SEED, bilinear, has, hills, loaded, main, small_fractal, write_raster
+from grounds import PROGRAM, SEED, bilinear, has, hills, loaded, main, small_fractal, write_raster
 from terrane import RegionState
 
 
@@ -164,6 +165,76 @@ class Store(unittest.TestCase):
             pathlib.Path(path).write_bytes(damaged)
             with self.assertRaises((OSError, ValueError)):
                 terrane.open_store(path)
+
+    def bake_shards(self, source, folder, shards=None, **settings):
+        baker = terrane.ShardBaker(source, folder, **settings)
+        for shard in range(baker.shard_count) if shards is None else shards:
+            self.assertTrue(baker.bake_shard(shard))
+        return baker
+
+    def files(self, folder):
+        return {str(path.relative_to(folder)): path.read_bytes() for path in pathlib.Path(folder).rglob("*") if path.is_file()}
+
+    def test_shards_have_the_chunks_of_the_file_and_the_same_bytes_in_any_order(self):
+        source = small_fractal(root_size_log2=8, root_count=(2, 1), first_root=(0, 0))
+        with tempfile.TemporaryDirectory() as folder:
+            terrane.bake(source, folder + "/one", note=b"a note")
+            baker = self.bake_shards(source, folder + "/a", note=b"a note", worker_count=1)
+            self.assertEqual(baker.shard_count, 2)
+            self.assertTrue(baker.is_baked(1))
+            self.assertFalse(baker.bake_shard(1))
+            self.assertEqual(baker.verify_shard(0), 1)
+            self.assertEqual(baker.verify_shard(0, every=1), 5)
+            info = terrane.ShardBaker.combine(folder + "/a")
+            self.assertEqual((info.note, info.chunk_count), (b"a note", 10))
+            for path in (folder + "/a", folder + "/a/terrain.json"):
+                store = terrane.open_store(path)
+                self.assertEqual(store.info, info)
+                ours, theirs = (loaded(s, (10, 10, 400, 200)).resident for s in (terrane.open_store(folder + "/one"), store))
+                np.testing.assert_array_equal(ours.keys, theirs.keys)
+                for i in range(len(ours)):
+                    np.testing.assert_array_equal(ours.chunk(i).heights, theirs.chunk(i).heights)
+            self.bake_shards(source, folder + "/b", [1], note=b"a note")
+            again = terrane.ShardBaker(source, folder + "/b", note=b"a note")
+            self.assertEqual([again.is_baked(shard) for shard in (0, 1)], [False, True])
+            self.assertTrue(again.bake_shard(0))
+            terrane.ShardBaker.combine(folder + "/b")
+            self.assertEqual(self.files(folder + "/a"), self.files(folder + "/b"))
+
+    def test_shards_that_cannot_be_baked_are_named(self):
+        source = small_fractal(root_size_log2=8, root_count=(2, 1), first_root=(0, 0))
+        with tempfile.TemporaryDirectory() as folder:
+            baker = self.bake_shards(source, folder, [1])
+            for call, words in ((lambda: baker.bake_shard(2), "shard must be 0 to 1, got 2"),
+                                (lambda: baker.verify_shard(1, 0), "every .* 0"),
+                                (lambda: terrane.ShardBaker.combine(folder), "shard 0 of 2"),
+                                (lambda: terrane.ShardBaker(source, folder, level_count=9), "level_count .* 9"),
+                                (lambda: terrane.ShardBaker(source, folder, fingerprint="x"), "plan.json"),
+                                (lambda: terrane.ShardBaker(small_fractal(), folder), "plan.json")):
+                with self.assertRaisesRegex(ValueError, words):
+                    call()
+            for call in (lambda: terrane.ShardBaker.combine(folder + "/none"), lambda: baker.verify_shard(0)):
+                with self.assertRaises(OSError):
+                    call()
+            with self.assertRaises(TypeError):
+                terrane.ShardBaker(source, folder, progress=print)
+
+    @unittest.skipUnless(has("dem") and PROGRAM, "needs rasters and the program")
+    def test_shards_of_a_raster_have_the_bytes_of_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = folder + "/hills.asc"
+            write_raster(path, hills(), 10.0)
+            subprocess.run([PROGRAM, "bake", "--dem", path, "--detail-m", "5", "--cache", "off", "--sharded", "--out",
+                            folder + "/program"], check=True, capture_output=True)
+            source = terrane.open_dem(path, finest_spacing=5, scan_file=folder + "/python/raster.scan")
+            self.bake_shards(source, folder + "/python")
+            terrane.ShardBaker.combine(folder + "/python")
+            self.assertEqual(self.files(folder + "/program"), self.files(folder + "/python"))
+            # Without a scan, a file with other bytes has another plan, with the same heights too.
+            self.bake_shards(terrane.open_dem(path, finest_spacing=5), folder + "/other")
+            pathlib.Path(path).write_text(pathlib.Path(path).read_text() + "\n")
+            with self.assertRaisesRegex(ValueError, "plan.json"):
+                terrane.ShardBaker(terrane.open_dem(path, finest_spacing=5), folder + "/other")
 
 
 class Paging(unittest.TestCase):

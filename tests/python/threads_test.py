@@ -81,6 +81,7 @@ class Lock(unittest.TestCase):
             small = small_fractal(root_size_log2=8, root_count=(1, 1), first_root=(0, 0))
             with tempfile.TemporaryDirectory() as folder:
                 self.check(lambda: terrane.bake(small, folder + "/a.store"))
+                self.check(lambda: terrane.ShardBaker(small, tempfile.mkdtemp(dir=folder)).bake_shard(0))
 
     def test_a_ground_answers_the_same_on_many_threads(self):
         x, y = np.random.default_rng(SEED).uniform(-90, 90, (2, 50_000))

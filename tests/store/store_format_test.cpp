@@ -107,6 +107,21 @@ TEST(SealedFile, APipeAndAFolderAreRefusedAtOnce) {
     EXPECT_EQ(SealedWriter::create(folder.file(""), kKind).error().code, ErrorCode::io);
 }
 
+TEST(HashOfFile, IsThatOfItsBytes) {
+    const TemporaryFolder folder;
+    const std::string path = folder.file("a");
+    for (const std::size_t size : {0u, 1u, 1u << 20, (1u << 20) + 1, 5'000'000u}) {
+        std::vector<char> bytes(size);
+        for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(i % 251);
+        write_file(path, bytes);
+        const auto hash = hash_of_file(path);
+        ASSERT_TRUE(hash.has_value()) << hash.error().message;
+        EXPECT_EQ(*hash, hash_of({reinterpret_cast<const std::uint8_t*>(bytes.data()), size}));
+    }
+    EXPECT_EQ(hash_of_file(folder.file("none")).error().code, ErrorCode::io);
+    EXPECT_EQ(hash_of_file(folder.file("")).error().code, ErrorCode::io);
+}
+
 TEST(Bytes, AreLittleEndianAndDoNotReadBeyondTheirEnd) {
     ByteWriter out;
     out.put(std::uint32_t{0x01020304});

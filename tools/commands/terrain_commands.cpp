@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <memory>
 #include <numbers>
 #include <string>
@@ -199,15 +198,9 @@ CommandResult<void> report_error(const Error& error) {
 /// resampled.
 std::string fingerprint_of(const TerrainOptions& options, const Terrain& terrain) {
     if (terrain.dem && !terrain.dem->samples_hash.empty()) return terrain.dem->samples_hash;
-    std::ifstream file(options.dem, std::ios::binary);
-    if (options.dem.empty() || !file) return {};
-    ContentHasher hasher;
-    std::vector<char> bytes(std::size_t{1} << 20);
-    do {
-        file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-        hasher.add_raw(bytes.data(), static_cast<std::size_t>(file.gcount()));
-    } while (file);
-    return hasher.value().text();
+    if (options.dem.empty()) return {};
+    const auto hash = hash_of_file(options.dem);
+    return hash ? hash->text() : std::string();  // a source of GDAL that is not a file
 }
 
 /// The steps of a sharded bake that the options ask for.

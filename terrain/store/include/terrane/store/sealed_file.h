@@ -137,4 +137,7 @@ Result<std::size_t> decompress(std::span<const std::uint8_t> record,
                                std::span<std::uint8_t> content_out);
 ContentHash hash_of(std::span<const std::uint8_t> bytes);  ///< hash of the bytes: ContentHash
 
+/// The hash of all bytes of a file. Fails: io, also for a folder, a pipe or a device
+Result<ContentHash> hash_of_file(const std::string& path);
+
 }  // namespace terrane

@@ -14,6 +14,8 @@ namespace terrane {
 /// are baked in any order, by any number of processes and machines that share the folder and do not know of each
 /// other; the files are the same. A shard whose process was killed is baked again; one that is complete is not.
 ///
+/// Threads: any number at once; BakeSettings::progress is called on those that bake.
+///
 /// The format is described in docs/store.md.
 class ShardBaker {
 public:
@@ -44,8 +46,8 @@ public:
     ///
     /// @param every compares one of so many, from the first on; at least 1
     ///
-    /// Fails: invalid_argument for a number out of range; bad_data if the shard is not whole, or differs, naming the
-    ///        first chunk or square; as ChunkStore::bake()
+    /// Fails: invalid_argument for a number out of range; io if the shard is not baked; bad_data if it is damaged, or
+    ///        differs, naming the first chunk or square; as ChunkStore::bake()
     Result<std::int64_t> verify_shard(std::int64_t shard, std::int64_t every) const;
 
     /// Writes `terrain.json` from the shards of a plan, after which the folder is a store. Does not need the source.
