@@ -23,7 +23,7 @@ class Installed(unittest.TestCase):
         package = prefix / PYTHON_DIR / "terrane"
         names = sorted(path.name for path in package.iterdir())
         self.assertEqual([name for name in names if not name.startswith("_terrane")],
-                         ["__init__.py", "__init__.pyi", "answers.py", "py.typed"])
+                         ["__init__.py", "__init__.pyi", "answers.py", "bake.py", "py.typed"])
         program = ("import terrane; print(terrane.__file__); "
                    "print(terrane.fractal(seed=7).heights([1.0, 2.0], [3.0, 4.0]).shape)")
         done = subprocess.run([sys.executable, "-B", "-c", program], check=True, capture_output=True, text=True,
