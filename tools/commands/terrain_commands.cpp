@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "commands/bake_jobs.h"
 #include "program/command.h"
 #include "program/options.h"
 #include "program/progress.h"
@@ -12,10 +13,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -173,12 +177,17 @@ struct BakeOptions {
     std::size_t threads = 0;
     std::vector<double> region;
     bool is_sharded = false, is_plan = false, is_combine = false, is_verified = false;
+    bool is_slurm = false;
     std::vector<std::size_t> shards;
+    bool has_mine = false;                ///< whether the shards are those of `rank`
+    Rank rank = {};                       ///< of this process
+    std::vector<std::string> words = {};  ///< of the command line, for scripts of Slurm
     bool json = false;
 
     /// Whether the steps of a sharded bake are run apart, or one after the other.
     bool has_shards() const {
-        return is_sharded || is_plan || is_combine || is_verified || !shards.empty();
+        return is_sharded || is_plan || is_combine || is_verified || is_slurm || has_mine ||
+               !shards.empty();
     }
 };
 
@@ -203,6 +212,34 @@ std::string fingerprint_of(const TerrainOptions& options, const Terrain& terrain
     return hash ? hash->text() : std::string();  // a source of GDAL that is not a file
 }
 
+/// The shards of --shard: "mine", or numbers separated by commas.
+void read_shards(const std::string& text, BakeOptions& options_out) {
+    options_out.has_mine = text == "mine";
+    if (options_out.has_mine) return;
+    const std::optional<std::vector<std::string>> items = parse_list(text);
+    for (const std::string& item : items.value_or(std::vector<std::string>())) {
+        std::size_t shard = 0;
+        const char* const end = item.data() + item.size();
+        const auto [rest, error] = std::from_chars(item.data(), end, shard);
+        if (error != std::errc() || rest != end) break;
+        options_out.shards.push_back(shard);
+    }
+    if (items && options_out.shards.size() == items->size()) return;
+    throw CLI::ValidationError(
+        "--shard", fmt::format("must be numbers separated by commas, or mine, got '{:.60}'", text));
+}
+
+/// Writes the scripts that bake the shards in jobs of Slurm.
+CommandResult<void> run_slurm(const BakeOptions& options, std::size_t shard_count,
+                              nlohmann::ordered_json& summary) {
+    TERRANE_TRY(const SlurmScripts scripts,
+                write_slurm_scripts(options.out, options.words, shard_count, options.threads));
+    summary["jobs"] = scripts.job_count;
+    summary["scripts"] = scripts.paths;
+    summary["submit"] = scripts.submit;
+    return {};
+}
+
 /// The steps of a sharded bake that the options ask for.
 CommandResult<void> run_sharded_bake(const BakeOptions& options, const Terrain& terrain,
                                      BakeSettings settings, nlohmann::ordered_json& summary) {
@@ -218,7 +255,12 @@ CommandResult<void> run_sharded_bake(const BakeOptions& options, const Terrain& 
     if (!baker) return report_error(baker.error());
     const auto all = static_cast<std::size_t>(baker->shard_count());
     summary["shards"] = all;
+    if (options.is_slurm) return run_slurm(options, all, summary);
     std::vector<std::size_t> shards = options.shards;
+    const Rank& rank = options.rank;
+    for (std::size_t i = rank.number; options.has_mine && i < all; i += rank.count) {
+        shards.push_back(i);
+    }
     for (std::size_t i = 0; options.is_sharded && i < all; ++i) shards.push_back(i);
     for (const std::size_t shard : shards) {
         if (shard < all) continue;
@@ -233,7 +275,11 @@ CommandResult<void> run_sharded_bake(const BakeOptions& options, const Terrain& 
         if (!*baked) ++found;
         ++done;
     }
-    if (!shards.empty()) {
+    if (options.has_mine) {
+        summary["rank"] = rank.number;
+        summary["ranks"] = rank.count;
+    }
+    if (!shards.empty() || options.has_mine) {
         summary["baked"] = shards.size() - found;
         summary["found"] = found;
     }
@@ -250,7 +296,13 @@ CommandResult<void> run_sharded_bake(const BakeOptions& options, const Terrain& 
     return {};
 }
 
-CommandResult<void> run_bake(const BakeOptions& options) {
+CommandResult<void> run_bake(BakeOptions options) {
+    if (options.has_mine && (options.is_combine || options.is_sharded || options.is_verified)) {
+        return usage_error("--shard mine goes alone; --combine follows when all ranks are done");
+    }
+    if (options.has_mine) {
+        TERRANE_TRY(options.rank, rank_of_process());
+    }
     nlohmann::ordered_json summary;
     const auto combine = [&]() -> CommandResult<void> {
         const Result<StoreInfo> store = ShardBaker::combine(options.out);
@@ -324,15 +376,24 @@ void add_bake_command(CLI::App& app, CommandContext& context) {
                    "--plan, each --shard, and --combine");
     bake->add_flag("--plan", options->is_plan,
                    "Write the plan of the shards, and print their number");
-    bake->add_option("--shard", options->shards,
-                     "Bake only these shards, numbered from 0, in any process on any machine that "
-                     "has the terrain and the folder")
-        ->type_name("K,...")
-        ->delimiter(',');
+    CLI::Option* const shard =
+        bake->add_option_function<std::string>(
+                "--shard", [options](const std::string& text) { read_shards(text, *options); },
+                "Bake only these shards, numbered from 0, in any process on any machine that has "
+                "the terrain and the folder; 'mine': every shard of this process's rank, given by "
+                "OMPI_COMM_WORLD_RANK and OMPI_COMM_WORLD_SIZE, or SLURM_PROCID and SLURM_NTASKS")
+            ->type_name("K,...|mine");
     bake->add_flag("--combine", options->is_combine,
                    "Write terrain.json when all shards are baked; needs no terrain");
     bake->add_flag("--verify", options->is_verified,
                    "Bake one of 16 chunks of all shards again, and compare them");
+    bake->add_flag("--slurm", options->is_slurm,
+                   "Write the plan, and scripts of Slurm into the folder: bake.sbatch, an array of "
+                   "up to 1000 jobs, and combine.sbatch; print how to submit them")
+        ->excludes(shard)
+        ->excludes("--sharded")
+        ->excludes("--combine")
+        ->excludes("--verify");
     add_count(*bake, "--levels", options->levels, 1,
               "Levels to bake, from the root squares on; all of them unless said");
     bake->add_option(
@@ -350,7 +411,10 @@ void add_bake_command(CLI::App& app, CommandContext& context) {
         "Examples:\n"
         "  terrane bake --dem tools/data/jacksboro.tif --out jacksboro.terrane\n"
         "  terrane bake --dem tools/data/jacksboro.tif --out jacksboro --sharded");
-    bake->callback([&context, options] { context.run = [options] { return run_bake(*options); }; });
+    bake->callback([&context, options, bake] {
+        options->words = given_words(*bake, {"--slurm", "--plan", "--threads", "--json"});
+        context.run = [options] { return run_bake(*options); };
+    });
 }
 
 }  // namespace terrane::tools
