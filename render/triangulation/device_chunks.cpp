@@ -29,29 +29,6 @@ std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value);
 
 }  // namespace
 
-Result<void> DeviceArray::reserve(std::size_t wanted, bool keeps) {
-    if (wanted <= bytes_) return {};
-    GLint64 most = 0;
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-    const auto limit = static_cast<std::size_t>(std::max<GLint64>(most, 0));
-    if (wanted > limit) {
-        return fail(ErrorCode::device_unavailable,
-                    "the GPU triangulator needs a storage block of " + std::to_string(wanted) +
-                        " bytes, and the device has at most " + std::to_string(limit));
-    }
-    const std::size_t grown = std::min(std::max(wanted, bytes_ + bytes_ / 2), limit);
-    GlBuffer made = make_buffer();
-    glNamedBufferStorage(made.name(), static_cast<GLsizeiptr>(grown), nullptr,
-                         GL_DYNAMIC_STORAGE_BIT);
-    TERRANE_TRY(check_gl("take " + std::to_string(grown) + " bytes for triangles"));
-    if (keeps && bytes_ > 0) {
-        glCopyNamedBufferSubData(name(), made.name(), 0, 0, static_cast<GLsizeiptr>(bytes_));
-    }
-    buffer_ = std::move(made);
-    bytes_ = grown;
-    return {};
-}
-
 Result<void> DeviceChunks::follow(std::shared_ptr<const ResidentSet> resident) {
     if (resident_ != nullptr && resident_->has_same_chunks(*resident)) {
         resident_ = std::move(resident);

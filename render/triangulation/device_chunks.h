@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include "gl/gl_object.h"
+#include "gl/device_array.h"
 
 #include <terrane/base/result.h>
 #include <terrane/terrain/resident_set.h>
@@ -17,34 +17,6 @@
 #include <vector>
 
 namespace terrane::internal {
-
-/// A storage block that grows.
-class DeviceArray {
-public:
-    GLuint name() const { return buffer_.name(); }
-    std::size_t bytes() const { return bytes_; }
-
-    /// Makes room, with a share for later growth. Fails with device_unavailable if the device has no block of the size.
-    ///
-    /// @param keeps whether the content is kept
-    Result<void> reserve(std::size_t wanted, bool keeps);
-    void write(std::size_t first_byte, const void* from, std::size_t count) const {
-        glNamedBufferSubData(name(), static_cast<GLintptr>(first_byte),
-                             static_cast<GLsizeiptr>(count), from);
-    }
-    /// Values from a place on, counted in values. Waits for the device.
-    template <typename Value>
-    std::vector<Value> read(std::size_t first, std::size_t count) const {
-        std::vector<Value> values(count);
-        glGetNamedBufferSubData(name(), static_cast<GLintptr>(first * sizeof(Value)),
-                                static_cast<GLsizeiptr>(count * sizeof(Value)), values.data());
-        return values;
-    }
-
-private:
-    GlBuffer buffer_;
-    std::size_t bytes_ = 0;
-};
 
 /// Keeps vertices and samples of chunks on the device while they are resident, and the links of all resident chunks, as
 /// lod.glsl reads them.

@@ -9,6 +9,7 @@
 // The shaders lod_*.comp repeat terrain/lod for one area, square or vertex in an invocation.
 #include "base/vector_math.h"
 #include "chunk/chunk_vertices.h"
+#include "gl/arithmetic_probe.h"
 #include "gl/frame_resources.h"
 #include "gl/gl_object.h"
 #include "gl/host_state.h"
@@ -17,7 +18,6 @@
 #include "lod/frame_mesh.h"
 #include "lod/screen_error.h"
 #include "lod/solid_selection.h"
-#include "triangulation/arithmetic_probe.h"
 #include "triangulation/device_chunks.h"
 #include "triangulation/device_mesh.h"
 

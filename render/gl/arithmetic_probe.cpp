@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "triangulation/arithmetic_probe.h"
+#include "gl/arithmetic_probe.h"
 
 #include "gl/gl_object.h"
 #include "gl/shader.h"
