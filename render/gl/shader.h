@@ -39,6 +39,8 @@ extern const std::string_view lod_centres_comp, lod_midpoints_comp, lod_count_ke
 extern const std::string_view lod_pick_comp, lod_masks_comp, lod_coarse_morph_comp, lod_morph_comp;
 extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp, lod_emit_comp,
     lod_in_place_comp;
+extern const std::string_view instances_glsl, instances_cull_comp, instances_count_comp;
+extern const std::string_view instances_scan_comp, instances_place_comp, instances_write_comp;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {

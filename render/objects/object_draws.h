@@ -28,16 +28,19 @@ struct OpaqueDraw {
     bool has_own_vertices = false, has_own_indices = false;  ///< in the frame's stream buffer
     std::size_t vertex_byte = 0, index_byte = 0;
     std::uint32_t index_count = 0, first_instance = 0, instance_count = 0;
-    const MeshClusters* clusters = nullptr;        ///< of the triangles; null: all are drawn
-    bool has_parts = false;                        ///< drawn by commands of OpaqueParts
+    GLuint device_instances = 0;             ///< buffer of the instances; 0: the frame's stream
+    const MeshClusters* clusters = nullptr;  ///< of the triangles; null: all are drawn
+    bool has_parts = false;                  ///< drawn by commands of OpaqueParts
     std::uint32_t first_part = 0, part_count = 0;  ///< range of these commands
 };
 
-/// The billboards of an impostor. Their instances are copied to a separate range with the small ones first.
+/// The billboards of an impostor. Their instances are copied to a separate range with the small ones first; those on a
+/// device are in that order.
 struct BillboardDraw {
     const StoredImpostor* impostor = nullptr;
     std::uint32_t first_instance = 0, instance_count = 0;
     std::uint32_t first_copy = 0, small_count = 0;
+    bool is_on_device = false;
 };
 
 /// A program that draws billboards of an impostor, and its uniforms.

@@ -25,8 +25,8 @@ namespace terrane::internal {
 ///        outside -1 to 2; the message names the first such instance or particle
 Result<void> check_values(const SceneDraws& draws);
 
-/// Fails: invalid_argument for a range that ends beyond the instances
-Result<void> check_instances(const SceneDraws& draws, std::uint32_t first, std::uint32_t count);
+/// Fails: invalid_argument for a range that ends beyond the instances, `of` in all
+Result<void> check_instances(std::size_t of, std::uint32_t first, std::uint32_t count);
 
 /// Fails: invalid_argument if there are positions but not one for each vertex, if a position is not finite, if a
 ///        triangle refers to a vertex beyond the mesh's, and for more triangles than OpenGL can draw
@@ -82,11 +82,11 @@ Result<void> check_values(const SceneDraws& draws) {
     return {};
 }
 
-Result<void> check_instances(const SceneDraws& draws, std::uint32_t first, std::uint32_t count) {
-    if (std::size_t{first} + count <= draws.instances.size()) return {};
-    return fail(ErrorCode::invalid_argument,
-                "the scene has " + number_text(draws.instances.size()) +
-                    " instances, a draw's end at " + number_text(std::size_t{first} + count));
+Result<void> check_instances(std::size_t of, std::uint32_t first, std::uint32_t count) {
+    if (std::size_t{first} + count <= of) return {};
+    return fail(ErrorCode::invalid_argument, "the scene has " + number_text(of) +
+                                                 " instances, a draw's end at " +
+                                                 number_text(std::size_t{first} + count));
 }
 
 Result<void> check_streamed(const StreamedDraw& streamed, std::size_t vertex_count) {
@@ -124,9 +124,6 @@ tl::unexpected<Error> no_such(const char* what, std::uint32_t id) {
     return fail(ErrorCode::invalid_argument,
                 std::string("the renderer has no ") + what + " " + number_text(id));
 }
-
-// Impostors up to this diameter, pixels, show a single view.
-constexpr double kSmallImpostor_px = 20.0;
 
 // Upper bound of the offset alignment of storage blocks on all devices.
 constexpr std::size_t kObjectAlignment = 256;
@@ -181,6 +178,15 @@ Result<ImpostorId> SceneObjects::add_impostor(MeshId mesh, const ImpostorSetting
     return impostors_.add(*stored, settings);
 }
 
+Result<GpuInstances*> SceneObjects::instance_device(bool is_hosted) {
+    if (!instances_) {
+        TERRANE_TRY(std::unique_ptr<GpuInstances> made,
+                    GpuInstances::create(impostors_, is_hosted));
+        instances_ = std::move(made);
+    }
+    return instances_.get();
+}
+
 Result<ParticleImageId> SceneObjects::add_particle_image(
     std::shared_ptr<const TextureImage> image) {
     TERRANE_TRY(make_programs());
@@ -191,7 +197,9 @@ Result<ParticleImageId> SceneObjects::add_particle_image(
     return id;
 }
 
-Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes) {
+// @param device null: instances are in the frame's stream
+Result<void> SceneObjects::add_meshes(std::span<const MeshDraw> meshes, std::size_t instance_count,
+                                      const DeviceInstances* device) {
     for (const MeshDraw& draw : meshes) {
         const StoredMesh* mesh = meshes_.find(draw.mesh);
         if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(draw.mesh));
@@ -200,41 +208,65 @@ Result<void> SceneObjects::add_meshes(const SceneDraws& draws, std::span<const M
                         "the mesh has " + number_text(mesh->levels.size()) + " levels, got level " +
                             number_text(draw.level));
         }
-        TERRANE_TRY(check_instances(draws, draw.first_instance, draw.instance_count));
+        TERRANE_TRY(check_instances(instance_count, draw.first_instance, draw.instance_count));
         const StoredMesh::Level& level = mesh->levels[draw.level];
         if (draw.instance_count == 0 || level.index_count == 0) continue;
         for (const StoredMesh::Group& group : level.groups) {
-            solid_.push_back({.mesh = mesh,
-                              .material = &mesh->materials[group.material],
-                              .targets = level.targets.name(),
-                              .texture_targets = level.texture_targets.name(),
-                              .is_first = &group == level.groups.data(),
-                              .index_byte = group.first_index * sizeof(std::uint32_t),
-                              .index_count = group.index_count,
-                              .first_instance = draw.first_instance,
-                              .instance_count = draw.instance_count,
-                              .clusters = group.clusters ? &*group.clusters : nullptr});
+            solid_.push_back(
+                {.mesh = mesh,
+                 .material = &mesh->materials[group.material],
+                 .targets = level.targets.name(),
+                 .texture_targets = level.texture_targets.name(),
+                 .is_first = &group == level.groups.data(),
+                 .index_byte = group.first_index * sizeof(std::uint32_t),
+                 .index_count = group.index_count,
+                 .first_instance = draw.first_instance,
+                 .instance_count = draw.instance_count,
+                 .device_instances = device != nullptr ? device->buffer : 0,
+                 .clusters = device == nullptr && group.clusters ? &*group.clusters : nullptr});
         }
     }
     return {};
 }
 
-Result<void> SceneObjects::add_impostors(const SceneDraws& draws,
-                                         std::span<const ImpostorDraw> impostors) {
+// @param device null: instances are in the frame's stream
+Result<void> SceneObjects::add_impostors(std::span<const ImpostorDraw> impostors,
+                                         std::size_t instance_count,
+                                         const DeviceInstances* device) {
     for (const ImpostorDraw& draw : impostors) {
         const StoredImpostor* impostor = impostors_.find(draw.impostor);
         if (impostor == nullptr)
             return no_such("impostor", static_cast<std::uint32_t>(draw.impostor));
-        TERRANE_TRY(check_instances(draws, draw.first_instance, draw.instance_count));
-        if (draw.instance_count > 0)
-            impostor_draws_.push_back({impostor, draw.first_instance, draw.instance_count});
+        TERRANE_TRY(check_instances(instance_count, draw.first_instance, draw.instance_count));
+        if (draw.instance_count == 0) continue;
+        BillboardDraw& made = impostor_draws_.emplace_back();
+        made.impostor = impostor;
+        made.first_instance = draw.first_instance;
+        made.instance_count = draw.instance_count;
+        if (device == nullptr) continue;
+        made.is_on_device = true;
+        made.first_copy = draw.first_instance;
+        made.small_count = device->small_count(draw.first_instance);
     }
     return {};
 }
 
+Result<void> SceneObjects::add_on_device(const SceneDraws& draws) {
+    device_ = draws.device;
+    if (device_ == nullptr) return {};
+    TERRANE_TRY(add_meshes(draws.device_meshes, device_->count, device_));
+    return add_impostors(draws.device_impostors, device_->count, device_);
+}
+
 Result<void> SceneObjects::collect(const SceneDraws& draws, bool has_casters) {
-    TERRANE_TRY(add_meshes(draws, draws.meshes));
-    TERRANE_TRY(add_impostors(draws, draws.impostors));
+    if (draws.device != nullptr && has_casters) {
+        return fail(ErrorCode::invalid_argument,
+                    "instances on the device cast no shadows: give the renderer's shadows() to "
+                    "Scene::begin_frame()");
+    }
+    TERRANE_TRY(add_on_device(draws));
+    TERRANE_TRY(add_meshes(draws.meshes, draws.instances.size(), nullptr));
+    TERRANE_TRY(add_impostors(draws.impostors, draws.instances.size(), nullptr));
     for (const StreamedDraw& streamed : draws.streamed) {
         TERRANE_TRY(add_streamed(draws, streamed));
     }
@@ -242,14 +274,14 @@ Result<void> SceneObjects::collect(const SceneDraws& draws, bool has_casters) {
     drawn_impostors_ = impostor_draws_.size();
     TERRANE_TRY(add_particles(draws.particles));
     if (!has_casters) return {};
-    TERRANE_TRY(add_meshes(draws, draws.caster_meshes));
-    return add_impostors(draws, draws.caster_impostors);
+    TERRANE_TRY(add_meshes(draws.caster_meshes, draws.instances.size(), nullptr));
+    return add_impostors(draws.caster_impostors, draws.instances.size(), nullptr);
 }
 
 Result<void> SceneObjects::add_streamed(const SceneDraws& draws, const StreamedDraw& streamed) {
     const StoredMesh* mesh = meshes_.find(streamed.mesh);
     if (mesh == nullptr) return no_such("mesh", static_cast<std::uint32_t>(streamed.mesh));
-    TERRANE_TRY(check_instances(draws, streamed.instance, 1));
+    TERRANE_TRY(check_instances(draws.instances.size(), streamed.instance, 1));
     TERRANE_TRY(check_streamed(streamed, mesh->vertices.size()));
     // one draw for each material
     std::vector<std::uint32_t> counts(mesh->materials.size(), 0);
@@ -307,7 +339,8 @@ void SceneObjects::copy_triangles(const OpaqueDraw& draw, const StreamedDraw& st
 Result<void> SceneObjects::upload(const SceneDraws& draws) {
     billboard_byte_ = aligned(draws.instances.size_bytes());
     billboard_count_ = 0;
-    for (const BillboardDraw& draw : drawn_impostors()) billboard_count_ += draw.instance_count;
+    for (const BillboardDraw& draw : drawn_impostors())
+        billboard_count_ += draw.is_on_device ? 0 : draw.instance_count;
     particle_byte_ = aligned(billboard_byte_ + billboard_count_ * sizeof(ObjectInstance));
     command_byte_ = aligned(particle_byte_ + draws.particles.size_bytes());
     std::size_t end = aligned(command_byte_ + parts_.commands().size_bytes());
@@ -355,10 +388,8 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
 void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
     std::uint32_t copied = 0;
     for (BillboardDraw& draw : std::span(impostor_draws_).first(drawn_impostors_)) {
-        // largest scale over distance of an instance that is small
-        const double most = kSmallImpostor_px /
-                            (2.0 * pixels_per_radian_ * static_cast<double>(draw.impostor->radius));
-        const auto most_squared = static_cast<float>(most * most);
+        if (draw.is_on_device) continue;
+        const float most_squared = most_small_squared(pixels_per_radian_, draw.impostor->radius);
         std::byte* const first = memory + copied * sizeof(ObjectInstance);
         std::uint32_t small = 0, large = 0;
         for (const ObjectInstance& instance :
@@ -447,7 +478,8 @@ Result<void> SceneObjects::prepare_textures() {
 
 void SceneObjects::draw_mesh(const OpaqueDraw& draw, GLuint layout) const {
     bind_mesh(layout, *draw.mesh, draw.targets);
-    glVertexArrayVertexBuffer(layout, 1, stream_.name(), 0, sizeof(ObjectInstance));
+    const GLuint instances = draw.device_instances != 0 ? draw.device_instances : stream_.name();
+    glVertexArrayVertexBuffer(layout, 1, instances, 0, sizeof(ObjectInstance));
     if (draw.has_own_vertices) {
         bind_own_vertices(layout, stream_.name(), draw.vertex_byte);
     }
@@ -494,9 +526,15 @@ void SceneObjects::draw_solid() const {
 void SceneObjects::draw_billboards() const {
     if (drawn_impostors_ == 0) return;
     glBindVertexArray(programs_->no_layout.name());
-    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
-                      static_cast<GLintptr>(billboard_byte_),
-                      static_cast<GLsizeiptr>(billboard_count_ * sizeof(ObjectInstance)));
+    const auto bind_instances = [&](bool is_on_device) {
+        if (is_on_device) {
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, device_->buffer);
+        } else {
+            glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
+                              static_cast<GLintptr>(billboard_byte_),
+                              static_cast<GLsizeiptr>(billboard_count_ * sizeof(ObjectInstance)));
+        }
+    };
     const auto draw = [](const ImpostorProgram& program, const StoredImpostor& impostor,
                          std::uint32_t first, std::uint32_t count) {
         if (count == 0) return;
@@ -507,6 +545,7 @@ void SceneObjects::draw_billboards() const {
         glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
     };
     for (const BillboardDraw& each : drawn_impostors()) {
+        bind_instances(each.is_on_device);
         draw(programs_->small_impostors, *each.impostor, each.first_copy, each.small_count);
         draw(programs_->impostors, *each.impostor, each.first_copy + each.small_count,
              each.instance_count - each.small_count);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gl/frame_resources.h"
+#include "objects/gpu_instances.h"
 #include "objects/mesh_store.h"
 #include "objects/object_casters.h"
 #include "objects/object_draws.h"
@@ -44,13 +45,19 @@ public:
     Result<ParticleImageId> add_particle_image(std::shared_ptr<const TextureImage> image);
     void remove_particle_image(ParticleImageId image) { particle_images_.erase(image); }
 
+    /// What culls instances on the device, made by the first call. Fails as GpuInstances::create()
+    ///
+    /// @param is_hosted in a host's context
+    Result<GpuInstances*> instance_device(bool is_hosted);
+
     /// Checks a frame's draws, and uploads what changes from frame to frame.
     ///
     /// @param cascades maps for draw_casters(); empty: no shadows, and casters out of view are ignored
     ///
     /// Fails: invalid_argument, naming the item, for a number that is not finite, a scale or radius that is not above
     ///        0, a coverage outside -1 to 2, a mesh, level, impostor, image or range of instances that does not exist,
-    ///        and streamed positions or triangles that do not fit the mesh; device_unavailable if OpenGL fails
+    ///        streamed positions or triangles that do not fit the mesh, and instances on the device with shadows;
+    ///        device_unavailable if OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view,
                          std::span<const SunCascade> cascades = {});
     bool is_empty() const {
@@ -71,8 +78,11 @@ public:
     std::size_t triangle_count() const { return triangle_count_; }
     /// Part of triangle_count(): triangles in back-facing clusters, not submitted.
     std::size_t culled_triangle_count() const { return parts_.culled_triangles(); }
-    /// Bytes of meshes, textures and impostors on the device.
-    std::size_t bytes() const { return meshes_.bytes() + textures_.bytes() + impostors_.bytes(); }
+    /// Bytes of meshes, textures, impostors and instances on the device.
+    std::size_t bytes() const {
+        return meshes_.bytes() + textures_.bytes() + impostors_.bytes() +
+               (instances_ ? instances_->bytes() : 0);
+    }
     std::size_t reduced_texture_count() const { return textures_.reduced_count(); }
 
 private:
@@ -86,8 +96,11 @@ private:
     Result<void> prepare_casters(const SceneDraws& draws, const View& view,
                                  std::span<const SunCascade> cascades);
     Result<void> collect(const SceneDraws& draws, bool has_casters);
-    Result<void> add_meshes(const SceneDraws& draws, std::span<const MeshDraw> meshes);
-    Result<void> add_impostors(const SceneDraws& draws, std::span<const ImpostorDraw> impostors);
+    Result<void> add_meshes(std::span<const MeshDraw> meshes, std::size_t instance_count,
+                            const DeviceInstances* device);
+    Result<void> add_impostors(std::span<const ImpostorDraw> impostors, std::size_t instance_count,
+                               const DeviceInstances* device);
+    Result<void> add_on_device(const SceneDraws& draws);
     Result<void> add_streamed(const SceneDraws& draws, const StreamedDraw& streamed);
     Result<void> add_particles(std::span<const Particle> particles);
     static void copy_triangles(const OpaqueDraw& draw, const StreamedDraw& streamed,
@@ -111,6 +124,7 @@ private:
     TextureStore textures_;
     MeshStore meshes_;
     ImpostorStore impostors_;
+    std::unique_ptr<GpuInstances> instances_;  // null before instance_device()
     std::map<ParticleImageId, std::shared_ptr<StoredTexture>> particle_images_;
     std::uint32_t last_image_ = 0;
     StreamBuffer stream_;
@@ -125,6 +139,7 @@ private:
     std::vector<const StreamedDraw*> streamed_;  // sources of the last drawn_solids(), in order
     bool has_textures_ = false;                  // whether a drawn solid has
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
+    const DeviceInstances* device_ = nullptr;  // null: no instances on the device
     std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::vector<ParticleRun> particle_runs_;
     std::size_t command_byte_ = 0;

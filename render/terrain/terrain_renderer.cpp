@@ -537,6 +537,11 @@ void TerrainRenderer::remove_particle_image(ParticleImageId image) {
     state_->scene.remove_particle_image(image);
 }
 
+Result<InstanceDevice*> TerrainRenderer::instance_device() {
+    TERRANE_TRY(GpuInstances* const made, state_->scene.instance_device(state_->is_hosted));
+    return made;
+}
+
 std::optional<SunShadows> TerrainRenderer::shadows() const {
     const RendererSettings& settings = state_->settings;
     if (!(settings.shadow_distance > 0.0)) return {};

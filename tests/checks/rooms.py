@@ -27,8 +27,8 @@ SEES = {
 }
 FOLDER = {"store": "terrain/store", "remote": "terrain/remote", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component
 # Rooms of another component that a component may include, beside base: a store writes what chunks hold, and keeps the
-# samples of rasters; a device triangulates chunks as terrain does.
-LENT = {"dem": {"terrain/bilinear"}, "store": {"terrain/bilinear", "terrain/chunk"}, "render": {"terrain/chunk", "terrain/lod"}}
+# samples of rasters; a device triangulates chunks as terrain does, and chooses the levels of objects as scene does.
+LENT = {"dem": {"terrain/bilinear"}, "store": {"terrain/bilinear", "terrain/chunk"}, "render": {"terrain/chunk", "terrain/lod", "render/scene/objects"}}
 
 
 def read_tables(page):

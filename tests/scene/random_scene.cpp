@@ -43,7 +43,8 @@ ObjectModel plain_model(std::uint32_t mesh, const Aabb& bounds) {
     return model;
 }
 
-Result<NodeId> add_instances(Scene& scene, ModelId model, std::span<const PlacedObject> objects) {
+Result<NodeId> add_instances(terrane::Scene& scene, ModelId model,
+                             std::span<const PlacedObject> objects) {
     return scene.add(scene.root(), {}, InstancesNode{model, {objects.begin(), objects.end()}});
 }
 

@@ -17,7 +17,8 @@ ObjectModel random_model(Random& random, std::uint32_t index);
 ObjectModel plain_model(std::uint32_t mesh, const Aabb& bounds);
 
 /// Adds instances below the root.
-Result<NodeId> add_instances(Scene& scene, ModelId model, std::span<const PlacedObject> objects);
+Result<NodeId> add_instances(terrane::Scene& scene, ModelId model,
+                             std::span<const PlacedObject> objects);
 
 PlacedObject random_object(Random& random, double spread);
 

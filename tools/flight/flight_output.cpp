@@ -75,6 +75,8 @@ Result<void> FlightOutput::add_objects(const Terrain& terrain, FrameMaker& maker
     if (terrain.objects == nullptr && terrain.nodes == nullptr) return {};
     TERRANE_TRY(std::unique_ptr<ObjectField> objects,
                 make_object_field(options_, terrain, renderer()));
+    if (pictures_ && pictures_->triangulator() != nullptr)
+        TERRANE_TRY(set_instance_device(*renderer(), objects->scene()));
     maker.set_objects(std::move(objects));
     return {};
 }
@@ -83,6 +85,8 @@ Result<BodyNodes> FlightOutput::add_bodies(const Terrain& terrain, FrameMaker& m
     if (pictures_) maker.set_device(pictures_->triangulator());
     TERRANE_TRY(std::unique_ptr<ObjectField> objects,
                 make_object_field(options_, terrain, renderer()));
+    if (pictures_ && pictures_->triangulator() != nullptr)
+        TERRANE_TRY(set_instance_device(*renderer(), objects->scene()));
     BodyNodes bodies(*objects, renderer(), options_.shows_proxies);
     bodies.set_meshes(terrain.bodies);
     maker.set_objects(std::move(objects));

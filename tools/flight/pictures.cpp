@@ -160,6 +160,12 @@ Result<std::optional<GpuTriangulator>> make_device_triangulator(const FlightOpti
     return fail(made.error().code, "--triangulator gpu: " + made.error().message);
 }
 
+Result<void> set_instance_device(TerrainRenderer& renderer, Scene& scene) {
+    TERRANE_TRY(internal::InstanceDevice* const device, renderer.instance_device());
+    scene.set_device(device);
+    return {};
+}
+
 FlightPictures::FlightPictures(std::optional<Window> window, GlContext context,
                                TerrainRenderer renderer, double fps)
     : window_(std::move(window)),

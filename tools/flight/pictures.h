@@ -46,6 +46,11 @@ Result<std::optional<GpuTriangulator>> make_device_triangulator(const FlightOpti
                                                                 const GlContext& context,
                                                                 const HeightSource& source);
 
+/// Gives the instances of a scene to the renderer's device, beside a device that triangulates.
+///
+/// Fails as TerrainRenderer::instance_device()
+Result<void> set_instance_device(TerrainRenderer& renderer, Scene& scene);
+
 /// Draws frames, off screen or in a window, and writes them as PNG files and as a film, according to the options.
 class FlightPictures {
 public:

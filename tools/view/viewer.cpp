@@ -151,7 +151,10 @@ CommandResult<std::unique_ptr<Viewer>> Viewer::create(const FlightOptions& optio
     viewer.maker_.set_objects(std::move(objects));
     TERRANE_TRY(viewer.triangulator_,
                 make_device_triangulator(options, viewer.context_, *terrain.source));
-    if (viewer.triangulator_) viewer.maker_.set_device(&*viewer.triangulator_);
+    if (viewer.triangulator_) {
+        viewer.maker_.set_device(&*viewer.triangulator_);
+        TERRANE_TRY(set_instance_device(viewer.renderer_, viewer.maker_.objects()->scene()));
+    }
     if (terrain.objects != nullptr) {
         TERRANE_TRY(ObjectPicker picker, ObjectPicker::create(terrain.source, *terrain.objects));
         viewer.picker_.emplace(std::move(picker));

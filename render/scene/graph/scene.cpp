@@ -5,6 +5,7 @@
 #include "graph/node_frame.h"
 #include "graph/node_store.h"
 #include "objects/continuous_levels.h"
+#include "objects/device_objects.h"
 #include "objects/frame_objects.h"
 #include "objects/object_clusters.h"
 
@@ -129,10 +130,12 @@ namespace {
 
 using internal::ClusterSet;
 using internal::DemandHistogram;
+using internal::DeviceObjects;
 using internal::DrawList;
 using internal::FactorCounts;
 using internal::FrameObjects;
 using internal::GraphNode;
+using internal::InstanceDevice;
 using internal::LevelChoice;
 using internal::NearObject;
 using internal::NodeFrame;
@@ -181,6 +184,7 @@ struct Scene::State {
     std::vector<const ObjectCluster*> in_view, casting;  // clusters of instances
     NodeFrame singles;
     FrameObjects objects, casters;
+    DeviceObjects on_device;
     StreamedList streamed;  // of the nearest objects
     DemandHistogram histogram;
     std::vector<TriangleDemand> demands;
@@ -190,6 +194,7 @@ struct Scene::State {
     void clear_frame() {
         objects.clear();
         casters.clear();
+        on_device.clear();
         streamed.clear();
         singles.clear();
     }
@@ -198,6 +203,8 @@ struct Scene::State {
     void remove_apart(NodeId node);
     bool is_below_change(NodeId node) const;
     bool has_apart_below(NodeId node) const;
+    Result<void> find_objects(const View& view, const ViewVolume& volume,
+                              const HorizonMap* horizon_map, bool uses_device);
     void find_nearest();
     void find_casters(const View& view, const ViewVolume& volume,
                       const CasterVolume& caster_volume);
@@ -223,6 +230,7 @@ void Scene::State::remove_apart(NodeId node) {
     emitters.remove(node);
     if (!std::holds_alternative<InstancesNode>(nodes.at(node).content)) return;
     clear_frame();
+    for (const ObjectCluster& cluster : clusters.of_node(node)) on_device.remove(cluster);
     clusters.remove(node);
 }
 
@@ -238,6 +246,25 @@ bool Scene::State::has_apart_below(NodeId node) const {
     const std::vector<NodeId> all = nodes.subtree(node);
     return std::any_of(all.begin() + 1, all.end(),
                        [&](NodeId each) { return internal::is_apart(nodes.at(each).content); });
+}
+
+// Finds the objects of the clusters in view. Fails with device_unavailable if a device is used, and its memory does not
+// suffice.
+Result<void> Scene::State::find_objects(const View& view, const ViewVolume& volume,
+                                        const HorizonMap* horizon_map, bool uses_device) {
+    objects.begin(view, log2_of_threshold(least_threshold_px));
+    on_device.clear();
+    for (const ObjectCluster* cluster : in_view) {
+        const LevelChoice& choice = choices[cluster->model];
+        if (uses_device && on_device.takes(cluster->model)) {
+            TERRANE_TRY(on_device.add(*cluster, choice, volume, horizon_map, objects));
+        } else {
+            objects.add(*cluster, choice, volume, horizon_map);
+        }
+    }
+    for (const ObjectCluster* cluster : singles.models())
+        objects.add(*cluster, choices[cluster->model], volume, horizon_map);
+    return on_device.cull(view, volume, settings.far_distance, objects);
 }
 
 // Selects the objects with continuous levels, and removes them from the factor counts of their models.
@@ -295,6 +322,7 @@ Result<ModelId> Scene::add_model(const ObjectModel& model) {
     state.cast.add_model(model);
     state.streamed.add_model(model, state.settings.fade_ratio);
     state.choices.emplace_back(model, state.settings.fade_ratio);
+    state.on_device.add_model(model, state.choices.back());
     state.factors.emplace_back();
     state.models.push_back(model);
     return ModelId{index};
@@ -366,6 +394,11 @@ Result<void> Scene::set_content(NodeId node, NodeContent content) {
 
 void Scene::set_time(double time_s) { state_->emitters.set_time(time_s, state_->nodes); }
 
+void Scene::set_device(internal::InstanceDevice* device) {
+    state_->clear_frame();
+    state_->on_device.set_device(device, state_->models, state_->choices);
+}
+
 std::size_t Scene::node_count() const { return state_->nodes.size(); }
 
 std::size_t Scene::object_count() const {
@@ -411,15 +444,14 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
                               caster_volume ? &*caster_volume : nullptr);
     }
     state.least_threshold_px = std::max(least_threshold_px, 0.0);
-    state.objects.begin(view, log2_of_threshold(state.least_threshold_px));
     if (caster_volume || (horizon_map != nullptr && !horizon_map->is_of(view)))
         horizon_map = nullptr;
-    for (const ObjectCluster* cluster : state.in_view)
-        state.objects.add(*cluster, state.choices[cluster->model], volume, horizon_map);
-    for (const ObjectCluster* cluster : state.singles.models())
-        state.objects.add(*cluster, state.choices[cluster->model], volume, horizon_map);
+    const bool uses_device = state.on_device.has_device() && !caster_volume;
+    if (!state.find_objects(view, volume, horizon_map, uses_device))
+        (void)state.find_objects(view, volume, horizon_map, false);
     state.histogram.clear();
     state.objects.count_factors(state.factors);
+    state.on_device.count_factors(state.factors);
     state.find_nearest();
     for (std::size_t model = 0; model < state.choices.size(); ++model)
         state.choices[model].add_to(state.factors[model], state.histogram);
@@ -429,12 +461,14 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
         state.demands.push_back({kInfinity, static_cast<std::uint32_t>(2 * particles)});
     state.counts.particles = particles;
     state.counts.culled_nodes = state.singles.culled();
-    state.counts.in_view = state.objects.size() + state.objects.left_out();
-    state.counts.occluded = state.objects.occluded();
-    const std::size_t large = state.objects.size() + state.objects.occluded();
+    const InstanceDevice::Culled& on_device = state.on_device.culled();
+    const std::size_t found = state.objects.size() + on_device.taken;
+    state.counts.in_view = found + state.objects.left_out() + on_device.left_out;
+    state.counts.occluded = state.objects.occluded() + on_device.occluded;
+    const std::size_t large = found + state.counts.occluded;
     if (large > 0) {
         state.counts.occluded_share =
-            static_cast<double>(state.objects.occluded()) / static_cast<double>(large);
+            static_cast<double>(state.counts.occluded) / static_cast<double>(large);
     }
     if (caster_volume) state.find_casters(view, volume, *caster_volume);
     return state.demands;
@@ -452,11 +486,12 @@ SceneDraws Scene::end_frame(double threshold_px) {
     state.streamed.make(state.drawn.near(), state.models, log2_threshold);
     state.cast.make(state.casters, state.models, state.choices, log2_threshold, {},
                     state.instances);
-    state.counts.drawn = state.drawn.object_count();
+    state.on_device.make(state.models, log2_threshold);
+    state.counts.drawn = state.drawn.object_count() + state.on_device.object_count();
     state.counts.left_out = state.counts.in_view - state.counts.drawn;
     state.counts.continuous = state.streamed.draws().size();
-    state.counts.triangles =
-        state.drawn.triangle_count() + state.streamed.triangle_count() + 2 * particles.size();
+    state.counts.triangles = state.drawn.triangle_count() + state.on_device.triangle_count() +
+                             state.streamed.triangle_count() + 2 * particles.size();
     state.counts.casters = state.cast.object_count();
     return {.instances = state.instances,
             .meshes = state.drawn.meshes(),
@@ -464,7 +499,10 @@ SceneDraws Scene::end_frame(double threshold_px) {
             .impostors = state.drawn.impostors(),
             .particles = particles,
             .caster_meshes = state.cast.meshes(),
-            .caster_impostors = state.cast.impostors()};
+            .caster_impostors = state.cast.impostors(),
+            .device = state.on_device.instances(),
+            .device_meshes = state.on_device.meshes(),
+            .device_impostors = state.on_device.impostors()};
 }
 
 const SceneCounts& Scene::counts() const { return state_->counts; }

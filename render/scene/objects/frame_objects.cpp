@@ -6,14 +6,6 @@
 #include <optional>
 
 namespace terrane::internal {
-namespace {
-
-BoundingSphere sphere_of(const ObjectCluster& cluster, std::size_t object) {
-    const Eigen::Vector3f offset(cluster.x[object], cluster.y[object], cluster.z[object]);
-    return {cluster.origin_world + offset.cast<double>(), cluster.radius[object]};
-}
-
-}  // namespace
 
 void FrameObjects::clear() {
     ranges_.clear();
@@ -75,28 +67,17 @@ bool FrameObjects::cull(const ObjectBounds& bounds, std::size_t count, const Lev
 template <class MakeWanted>
 void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& choice,
                              const HorizonMap* horizon_map, const MakeWanted& make_wanted) {
-    const std::size_t count = cluster.size();
-    if (cull(cluster.bounds, count, choice, horizon_map)) return;
+    const std::size_t count = cluster.size(), first = object_count_;
     const Eigen::Vector3f origin_eye = to_local(cluster.origin_world, eye_);
-    if (indices_.size() < object_count_ + count) {
-        indices_.resize(2 * (object_count_ + count));
-        factors_.resize(indices_.size());
-    }
-    const std::size_t first = object_count_;
-    std::size_t begin = 0;
-    for (const ObjectCluster::Group& group : cluster.groups) {
-        const std::size_t from = begin;
-        begin = group.end;
-        const auto is_wanted = make_wanted(group.bounds.box_world);
-        if (!is_wanted) continue;
-        // a cluster with one group has been tested
-        if (cluster.groups.size() > 1 && cull(group.bounds, begin - from, choice, horizon_map))
-            continue;
-        const bool may_be_hidden =
-            horizon_map != nullptr && horizon_map->may_hide_in(group.bounds.box_world);
-        compute_factors(cluster, from, begin, origin_eye);
-        for (std::size_t i = from; i < begin; ++i) {
-            if (!(*is_wanted)(i)) continue;
+    const auto take = [&](std::size_t from, std::size_t end, const auto& is_wanted,
+                          bool may_be_hidden) {
+        if (indices_.size() < first + count) {
+            indices_.resize(2 * (first + count));
+            factors_.resize(indices_.size());
+        }
+        compute_factors(cluster, from, end, origin_eye);
+        for (std::size_t i = from; i < end; ++i) {
+            if (!is_wanted(i)) continue;
             const float factor = group_factors_[i - from];
             if (!choice.is_drawn(factor, log2_least_)) {
                 ++left_out_;
@@ -110,7 +91,8 @@ void FrameObjects::add_where(const ObjectCluster& cluster, const LevelChoice& ch
             factors_[object_count_] = factor;
             ++object_count_;
         }
-    }
+    };
+    take_groups(cluster, choice, horizon_map, make_wanted, take);
     if (object_count_ > first) ranges_.push_back({&cluster, origin_eye, first, object_count_});
 }
 

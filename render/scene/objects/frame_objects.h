@@ -12,10 +12,17 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 namespace terrane::internal {
+
+/// Bounding sphere of an object.
+inline BoundingSphere sphere_of(const ObjectCluster& cluster, std::size_t object) {
+    const Eigen::Vector3f offset(cluster.x[object], cluster.y[object], cluster.z[object]);
+    return {cluster.origin_world + offset.cast<double>(), cluster.radius[object]};
+}
 
 /// The objects in the view of one frame, or the objects out of view that cast shadows into it.
 class FrameObjects {
@@ -33,6 +40,20 @@ public:
     /// @param is_in_view whether add() has been called for the cluster
     void add_casters(const ObjectCluster& cluster, const LevelChoice& choice,
                      const ViewVolume& volume, const CasterVolume& casters, bool is_in_view);
+
+    /// Visits the groups of a cluster that may have objects that add() adds, and counts the culled ones.
+    ///
+    /// @param visit void(std::size_t first, std::size_t end, std::uint8_t planes, std::uint32_t hidden): objects of the
+    ///              cluster; the planes of the view that these may cross, PlaneState::mask; bits of those that the
+    ///              ground hides
+    template <class Visit>
+    void visit_groups(const ObjectCluster& cluster, const LevelChoice& choice,
+                      const ViewVolume& volume, const HorizonMap* horizon_map, const Visit& visit);
+
+    /// What the factors are computed with.
+    float near_distance() const { return near_; }
+    float log2_pixels() const { return log2_pixels_; }
+    float log2_least() const { return log2_least_; }
 
     std::size_t size() const { return object_count_; }
     /// Number of objects that are not drawn at the least threshold. If this holds for a whole group, all its objects
@@ -68,6 +89,10 @@ private:
                          const Eigen::Vector3f& origin_eye);
     bool cull(const ObjectBounds& bounds, std::size_t count, const LevelChoice& choice,
               const HorizonMap* horizon_map);
+    template <class MakeWanted, class Take>
+    void take_groups(const ObjectCluster& cluster, const LevelChoice& choice,
+                     const HorizonMap* horizon_map, const MakeWanted& make_wanted,
+                     const Take& take);
     template <class MakeWanted>
     void add_where(const ObjectCluster& cluster, const LevelChoice& choice,
                    const HorizonMap* horizon_map, const MakeWanted& make_wanted);
@@ -84,6 +109,51 @@ private:
     std::vector<float> factors_;          // [objects] log2 of pixels per metre of error at scale 1
     std::array<float, kGroupObjects> group_factors_{};
 };
+
+// Visits the groups of a cluster that are not culled as a whole.
+//
+// @param make_wanted for the box of a group: none if no object of it is wanted
+// @param take        void(std::size_t first, std::size_t end, wanted, bool may_be_hidden): for the other groups
+template <class MakeWanted, class Take>
+void FrameObjects::take_groups(const ObjectCluster& cluster, const LevelChoice& choice,
+                               const HorizonMap* horizon_map, const MakeWanted& make_wanted,
+                               const Take& take) {
+    if (cull(cluster.bounds, cluster.size(), choice, horizon_map)) return;
+    std::size_t end = 0;
+    for (const ObjectCluster::Group& group : cluster.groups) {
+        const std::size_t first = end;
+        end = group.end;
+        const auto wanted = make_wanted(group.bounds.box_world);
+        if (!wanted) continue;
+        // a cluster with one group has been tested
+        if (cluster.groups.size() > 1 && cull(group.bounds, end - first, choice, horizon_map))
+            continue;
+        take(first, end, *wanted,
+             horizon_map != nullptr && horizon_map->may_hide_in(group.bounds.box_world));
+    }
+}
+
+template <class Visit>
+void FrameObjects::visit_groups(const ObjectCluster& cluster, const LevelChoice& choice,
+                                const ViewVolume& volume, const HorizonMap* horizon_map,
+                                const Visit& visit) {
+    PlaneState around;
+    volume.test_planes(cluster.bounds.box_world, around);
+    const auto planes_of = [&](const Aabb& box) {
+        PlaneState around_group = around;
+        const Containment where = volume.test_planes(box, around_group);
+        return where == Containment::outside ? std::nullopt : std::optional(around_group.mask);
+    };
+    take_groups(cluster, choice, horizon_map, planes_of,
+                [&](std::size_t first, std::size_t end, std::uint8_t planes, bool may_be_hidden) {
+                    std::uint32_t hidden = 0;
+                    for (std::size_t i = first; may_be_hidden && i < end; ++i) {
+                        const bool is_hidden = horizon_map->hides(sphere_of(cluster, i));
+                        hidden |= std::uint32_t{is_hidden} << (i - first);
+                    }
+                    visit(first, end, planes, hidden);
+                });
+}
 
 /// The draws of objects in a frame: one for each level of a model that is drawn.
 class DrawList {

@@ -71,6 +71,18 @@ void LevelChoice::add_to(const FactorCounts& factors, DemandHistogram& histogram
     });
 }
 
+DeviceModel LevelChoice::on_device(const ObjectModel& model) const {
+    DeviceModel made;
+    made.log2_ratio = log2_ratio_;
+    for (std::size_t i = 0; i < steps_.size(); ++i) {
+        const bool is_impostor = i < model.levels.size() && model.levels[i].is_impostor;
+        made.steps.push_back({.log2_error = steps_[i].log2_error,
+                              .morphs = steps_[i].morphs,
+                              .impostor = is_impostor ? model.impostor : std::nullopt});
+    }
+    return made;
+}
+
 ChosenLevels LevelChoice::choose(float log2_factor, float log2_threshold) const {
     std::size_t i = steps_.size() - 1;
     const float most = log2_threshold - log2_factor;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "objects/instance_device.h"
 #include "objects/log_scale.h"
 
 #include <terrane/scene/object_model.h>
@@ -23,6 +24,10 @@ class FactorCounts {
 public:
     void clear() { counts_.fill(0); }
     void add(float log2_factor) { ++counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
+    /// Adds counts of bins, as a device has them: see instances_cull.comp.
+    void add(std::span<const std::uint32_t> counts) {
+        for (std::size_t bin = 0; bin < counts_.size(); ++bin) counts_[bin] += counts[bin];
+    }
     /// Requires a factor that was added.
     void remove(float log2_factor) { --counts_[static_cast<std::size_t>(bin_of(log2_factor))]; }
 
@@ -101,6 +106,9 @@ public:
     ///
     /// @param factors histogram of log2 of pixels per metre of error: scale times pixels per radian over distance
     void add_to(const FactorCounts& factors, DemandHistogram& histogram) const;
+
+    /// The same for a device. @param model of the constructor
+    DeviceModel on_device(const ObjectModel& model) const;
 
     /// Whether an object is drawn at any level.
     bool is_drawn(float log2_factor, float log2_threshold) const {

@@ -19,6 +19,10 @@
 
 namespace terrane {
 
+namespace internal {
+class InstanceDevice;
+}
+
 /// Settings of an impostor: views of an object that are rendered in advance.
 struct ImpostorSettings {
     /// Views around the object's z axis, 4 to 64. With more views the picture jumps less as the viewer circles the
@@ -283,6 +287,12 @@ public:
     Result<ParticleImageId> add_particle_image(std::shared_ptr<const TextureImage> image);
     /// Frees an image of particles; no effect for an unknown id. draw() refuses particles that still name it.
     void remove_particle_image(ParticleImageId image);
+
+    /// What culls a scene's instances and chooses their levels on the device: for Scene::set_device(). The first call
+    /// compiles its shaders. Valid as long as the renderer.
+    ///
+    /// Fails: device_unavailable if the device does not compile the shaders or does not round as IEEE 754
+    Result<internal::InstanceDevice*> instance_device();
 
     /// Sun direction and shadow distance, for Scene::begin_frame(); none if shadows are off.
     std::optional<SunShadows> shadows() const;

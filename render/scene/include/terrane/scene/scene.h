@@ -17,6 +17,10 @@
 
 namespace terrane {
 
+namespace internal {
+class InstanceDevice;
+}
+
 /// Settings of a Scene. Fixed once it is created.
 struct SceneSettings {
     /// Width of cross-fades between levels, 1 to 2: while an object's screen error is between the threshold divided by
@@ -129,6 +133,15 @@ public:
     /// @param time_s finite, seconds; a jump back forgets the places after it
     /// Cost: O(emitters)
     void set_time(double time_s);
+
+    /// Culls the objects of InstancesNode on a device, and chooses their levels there, from the next frame on: with the
+    /// same results, bit for bit, in instances that stay on the device (SceneDraws::device). The CPU does so for models
+    /// with continuous levels or more than 8 levels, for frames with shadows, and if the device's memory does not
+    /// suffice.
+    ///
+    /// @param device TerrainRenderer::instance_device(), of the renderer that draws the scene; serves one scene. Null:
+    ///               the CPU. Must outlive the scene or its replacement
+    void set_device(internal::InstanceDevice* device);
 
     /// Number of nodes, including the root.
     std::size_t node_count() const;

@@ -76,6 +76,9 @@ struct Particle {
 };
 static_assert(sizeof(Particle) == 40);
 
+/// Instances that are on a device: see Scene::set_device().
+struct DeviceInstances;
+
 /// The draw list of a scene for one frame: spans of the scene's buffers.
 struct SceneDraws {
     std::span<const ObjectInstance> instances = {};  ///< referred to by the draws
@@ -86,6 +89,10 @@ struct SceneDraws {
     /// Shadow casters out of view: drawn into shadow maps only, ignored without shadows.
     std::span<const MeshDraw> caster_meshes = {};
     std::span<const ImpostorDraw> caster_impostors = {};  ///< billboards among the casters
+    /// Not null: further draws, whose first_instance counts in these instances.
+    const DeviceInstances* device = nullptr;
+    std::span<const MeshDraw> device_meshes = {};         ///< levels of detail on the device
+    std::span<const ImpostorDraw> device_impostors = {};  ///< billboards on the device
 };
 
 }  // namespace terrane
