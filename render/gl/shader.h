@@ -41,6 +41,7 @@ extern const std::string_view lod_count_comp, lod_coarse_mesh_comp, lod_sum_comp
     lod_in_place_comp;
 extern const std::string_view instances_glsl, instances_cull_comp, instances_count_comp;
 extern const std::string_view instances_scan_comp, instances_place_comp, instances_write_comp;
+extern const std::string_view instances_casters_comp;
 
 /// Options of the lighting of surfaces.
 struct LightFeatures {

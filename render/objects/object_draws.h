@@ -40,7 +40,7 @@ struct BillboardDraw {
     const StoredImpostor* impostor = nullptr;
     std::uint32_t first_instance = 0, instance_count = 0;
     std::uint32_t first_copy = 0, small_count = 0;
-    bool is_on_device = false;
+    GLuint device_instances = 0;  ///< buffer of the instances; 0: the frame's stream
 };
 
 /// A program that draws billboards of an impostor, and its uniforms.

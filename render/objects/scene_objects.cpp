@@ -244,7 +244,7 @@ Result<void> SceneObjects::add_impostors(std::span<const ImpostorDraw> impostors
         made.first_instance = draw.first_instance;
         made.instance_count = draw.instance_count;
         if (device == nullptr) continue;
-        made.is_on_device = true;
+        made.device_instances = device->buffer;
         made.first_copy = draw.first_instance;
         made.small_count = device->small_count(draw.first_instance);
     }
@@ -252,18 +252,12 @@ Result<void> SceneObjects::add_impostors(std::span<const ImpostorDraw> impostors
 }
 
 Result<void> SceneObjects::add_on_device(const SceneDraws& draws) {
-    device_ = draws.device;
-    if (device_ == nullptr) return {};
-    TERRANE_TRY(add_meshes(draws.device_meshes, device_->count, device_));
-    return add_impostors(draws.device_impostors, device_->count, device_);
+    if (draws.device == nullptr) return {};
+    TERRANE_TRY(add_meshes(draws.device_meshes, draws.device->count, draws.device));
+    return add_impostors(draws.device_impostors, draws.device->count, draws.device);
 }
 
 Result<void> SceneObjects::collect(const SceneDraws& draws, bool has_casters) {
-    if (draws.device != nullptr && has_casters) {
-        return fail(ErrorCode::invalid_argument,
-                    "instances on the device cast no shadows: give the renderer's shadows() to "
-                    "Scene::begin_frame()");
-    }
     TERRANE_TRY(add_on_device(draws));
     TERRANE_TRY(add_meshes(draws.meshes, draws.instances.size(), nullptr));
     TERRANE_TRY(add_impostors(draws.impostors, draws.instances.size(), nullptr));
@@ -340,7 +334,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
     billboard_byte_ = aligned(draws.instances.size_bytes());
     billboard_count_ = 0;
     for (const BillboardDraw& draw : drawn_impostors())
-        billboard_count_ += draw.is_on_device ? 0 : draw.instance_count;
+        billboard_count_ += draw.device_instances != 0 ? 0 : draw.instance_count;
     particle_byte_ = aligned(billboard_byte_ + billboard_count_ * sizeof(ObjectInstance));
     command_byte_ = aligned(particle_byte_ + draws.particles.size_bytes());
     std::size_t end = aligned(command_byte_ + parts_.commands().size_bytes());
@@ -388,7 +382,7 @@ Result<void> SceneObjects::upload(const SceneDraws& draws) {
 void SceneObjects::sort_billboards(const SceneDraws& draws, std::byte* memory) {
     std::uint32_t copied = 0;
     for (BillboardDraw& draw : std::span(impostor_draws_).first(drawn_impostors_)) {
-        if (draw.is_on_device) continue;
+        if (draw.device_instances != 0) continue;
         const float most_squared = most_small_squared(pixels_per_radian_, draw.impostor->radius);
         std::byte* const first = memory + copied * sizeof(ObjectInstance);
         std::uint32_t small = 0, large = 0;
@@ -526,9 +520,9 @@ void SceneObjects::draw_solid() const {
 void SceneObjects::draw_billboards() const {
     if (drawn_impostors_ == 0) return;
     glBindVertexArray(programs_->no_layout.name());
-    const auto bind_instances = [&](bool is_on_device) {
-        if (is_on_device) {
-            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, device_->buffer);
+    const auto bind_instances = [&](GLuint on_device) {
+        if (on_device != 0) {
+            glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 1, on_device);
         } else {
             glBindBufferRange(GL_SHADER_STORAGE_BUFFER, 1, stream_.name(),
                               static_cast<GLintptr>(billboard_byte_),
@@ -545,7 +539,7 @@ void SceneObjects::draw_billboards() const {
         glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * count));
     };
     for (const BillboardDraw& each : drawn_impostors()) {
-        bind_instances(each.is_on_device);
+        bind_instances(each.device_instances);
         draw(programs_->small_impostors, *each.impostor, each.first_copy, each.small_count);
         draw(programs_->impostors, *each.impostor, each.first_copy + each.small_count,
              each.instance_count - each.small_count);

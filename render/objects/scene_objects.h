@@ -56,8 +56,7 @@ public:
     ///
     /// Fails: invalid_argument, naming the item, for a number that is not finite, a scale or radius that is not above
     ///        0, a coverage outside -1 to 2, a mesh, level, impostor, image or range of instances that does not exist,
-    ///        streamed positions or triangles that do not fit the mesh, and instances on the device with shadows;
-    ///        device_unavailable if OpenGL fails
+    ///        and streamed positions or triangles that do not fit the mesh; device_unavailable if OpenGL fails
     Result<void> prepare(const SceneDraws& draws, const View& view,
                          std::span<const SunCascade> cascades = {});
     bool is_empty() const {
@@ -139,7 +138,6 @@ private:
     std::vector<const StreamedDraw*> streamed_;  // sources of the last drawn_solids(), in order
     bool has_textures_ = false;                  // whether a drawn solid has
     std::size_t billboard_byte_ = 0, billboard_count_ = 0;
-    const DeviceInstances* device_ = nullptr;  // null: no instances on the device
     std::size_t particle_byte_ = 0, particle_count_ = 0;
     std::vector<ParticleRun> particle_runs_;
     std::size_t command_byte_ = 0;

@@ -361,29 +361,44 @@ TEST_F(GpuInstancesTest, DrawsThePicturesOfTheCpu) {
     EXPECT_GT(large, 100u);
 }
 
-TEST_F(GpuInstancesTest, WithShadowsTheCpuChoosesTheLevels) {
-    TerrainRenderer renderer = make();
+// Objects above a floor, some of them out of view.
+TEST_F(GpuInstancesTest, CastsTheShadowsOfTheCpu) {
+    RendererSettings settings;
+    settings.shadow_distance = 600.0;
+    TerrainRenderer renderer = make(settings);
     Pair pair({}, renderer.instance_device().value());
     Random random(5);
-    const ModelId model = pair.add(plain_model(0, {{-1, -1, -1}, {1, 1, 1}}));
-    InstancesNode of_node{.model = model, .objects = {}};
-    for (int i = 0; i < 100; ++i) of_node.objects.push_back(random_object(random, 50.0));
+    ObjectLevels levels = make_object_levels(make_sphere_mesh(1.5).value()).value();
+    ASSERT_TRUE(upload_levels(levels, {}, renderer).has_value());
+    levels.model.continuous = nullptr;
+    InstancesNode of_node{.model = pair.add(levels.model), .objects = {}};
+    for (int i = 0; i < 900; ++i) of_node.objects.push_back(random_object(random, 120.0));
     pair.add({}, of_node);
-    const View view = view_from({0, -60, 0}, {0, 0, 0});
-    (void)pair.gpu.begin_frame(view, 0.0, SunShadows{.distance = 100.0});
-    const SceneDraws draws = pair.gpu.end_frame(1.0);
-    EXPECT_EQ(draws.device, nullptr);
-    EXPECT_GT(draws.instances.size(), 50u);
-    (void)pair.gpu.begin_frame(view);
-    const SceneDraws of_device = pair.gpu.end_frame(1.0);
-    ASSERT_NE(of_device.device, nullptr);
-    EXPECT_TRUE(of_device.instances.empty());
-    RendererSettings with_shadows;
-    with_shadows.shadow_distance = 100.0;
-    TerrainRenderer shaded = make(with_shadows);
-    const Result<void> drawn = shaded.draw({}, view, of_device);
-    ASSERT_FALSE(drawn.has_value());
-    EXPECT_NE(drawn.error().message.find("cast no shadows"), std::string::npos);
+    const Aabb bounds = {{-300.0, -300.0, -1.0}, {300.0, 300.0, 1.0}};
+    const MeshId floor = renderer.add_mesh(make_box_mesh(bounds.high).value()).value();
+    NodePlace below;
+    below.parent_from_node.translation = {0.0, 0.0, -150.0};
+    pair.add(below,
+             ModelNode{.model = pair.add(plain_model(static_cast<std::uint32_t>(floor), bounds))});
+    std::size_t casters = 0, changed = 0;
+    for (int frame = 0; frame < 6; ++frame) {
+        const View view = view_from(150.0 * random.direction() + WorldPos(0.0, 0.0, 100.0),
+                                    {random.between(-50.0, 50.0), 0.0, -100.0});
+        const double threshold_px = std::exp2(random.between(-2.0, 4.0));
+        (void)pair.cpu.begin_frame(view, 0.0, renderer.shadows());
+        (void)pair.gpu.begin_frame(view, 0.0, renderer.shadows());
+        const SceneDraws draws = pair.cpu.end_frame(threshold_px);
+        SceneDraws of_device = pair.gpu.end_frame(threshold_px);
+        ASSERT_NE(of_device.device, nullptr) << "frame " << frame;
+        const Image expected = draw(renderer, view, draws);
+        const Image found = draw(renderer, view, of_device);
+        EXPECT_EQ(found.rgb, expected.rgb) << "frame " << frame;
+        casters += pair.gpu.counts().casters;
+        of_device.device = nullptr;
+        changed += draw(renderer, view, of_device).rgb != expected.rgb;
+    }
+    EXPECT_GT(casters, 100u);
+    EXPECT_EQ(changed, 6u);
 }
 
 }  // namespace gpu_instances_test

@@ -446,8 +446,7 @@ std::span<const TriangleDemand> Scene::begin_frame(const View& view, double leas
     state.least_threshold_px = std::max(least_threshold_px, 0.0);
     if (caster_volume || (horizon_map != nullptr && !horizon_map->is_of(view)))
         horizon_map = nullptr;
-    const bool uses_device = state.on_device.has_device() && !caster_volume;
-    if (!state.find_objects(view, volume, horizon_map, uses_device))
+    if (!state.find_objects(view, volume, horizon_map, state.on_device.has_device()))
         (void)state.find_objects(view, volume, horizon_map, false);
     state.histogram.clear();
     state.objects.count_factors(state.factors);

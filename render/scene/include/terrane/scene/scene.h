@@ -136,7 +136,7 @@ public:
 
     /// Culls the objects of InstancesNode on a device, and chooses their levels there, from the next frame on: with the
     /// same results, bit for bit, in instances that stay on the device (SceneDraws::device). The CPU does so for models
-    /// with continuous levels or more than 8 levels, for frames with shadows, and if the device's memory does not
+    /// with continuous levels or more than 8 levels, for casters out of view, and if the device's memory does not
     /// suffice.
     ///
     /// @param device TerrainRenderer::instance_device(), of the renderer that draws the scene; serves one scene. Null:
