@@ -42,7 +42,7 @@ public:
     void finish();
 
 private:
-    // A range of selected_: the instances of a draw that are drawn into a map. On the device: of copies_, with a command
+    // A range of selected_: the instances of a draw that are drawn into a map. On the device of copies_, with a command
     // that has their number.
     struct Part {
         std::size_t draw = 0;  // index in solids_ or billboards_

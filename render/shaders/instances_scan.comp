@@ -3,7 +3,8 @@ layout(local_size_x = 256) in;
 shared uint sums[256];
 
 void main() {
-    const uint i = gl_LocalInvocationID.x, model = gl_WorkGroupID.x / kSlots, slot = gl_WorkGroupID.x % kSlots;
+    const uint i = gl_LocalInvocationID.x, model = group_index() / kSlots, slot = group_index() % kSlots;
+    if (model >= counts.x) return;
     const uint end = model_word(model, kEndGroup);
     uint carried = 0u;
     for (uint first = model_word(model, kFirstGroup); first < end; first += 256u) {

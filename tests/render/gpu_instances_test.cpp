@@ -20,9 +20,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <limits>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -81,6 +85,10 @@ std::vector<Drawn> joined(std::vector<Drawn> of_device, const std::vector<Drawn>
     return of_device;
 }
 
+auto bits_of(const ObjectInstance& instance) {
+    return std::bit_cast<std::array<std::uint32_t, sizeof(instance) / 4>>(instance);
+}
+
 std::string difference(std::vector<Drawn> expected, std::vector<Drawn> found) {
     const auto before = [](const Drawn& a, const Drawn& b) {
         return std::pair(a.id, a.level) < std::pair(b.id, b.level);
@@ -95,7 +103,7 @@ std::string difference(std::vector<Drawn> expected, std::vector<Drawn> found) {
         if (a.id != b.id || a.level != b.level) return place + " is not drawn";
         if (a.instances.size() != b.instances.size()) return place + ": number of instances";
         for (std::size_t k = 0; k < a.instances.size(); ++k) {
-            if (std::memcmp(&a.instances[k], &b.instances[k], sizeof(ObjectInstance)) != 0)
+            if (bits_of(a.instances[k]) != bits_of(b.instances[k]))
                 return place + ": instance " + std::to_string(k);
         }
     }
@@ -159,7 +167,7 @@ std::size_t compare(Pair& pair, const View& view, double least_px, double thresh
         difference(meshes_of(a.meshes, a.instances),
                    joined(meshes_of(b.device_meshes, instances), meshes_of(b.meshes, b.instances))),
         "");
-    // the device has its impostors sorted, and the CPU's follow in their draws' order
+    // the device has its impostors sorted; those of the CPU's part are the last in a draw
     std::vector<Drawn> wanted;
     for (const ImpostorDraw& draw : a.impostors) {
         const auto same = std::ranges::find_if(
@@ -279,6 +287,46 @@ TEST_F(GpuInstancesTest, HasTheBitsOfTheCpuInRandomFrames) {
     EXPECT_GT(most, 500u);
     EXPECT_GT(none, all / 50);
     EXPECT_LT(none, 3 * all / 4);
+}
+
+// A device without memory: for objects, or for the groups of a frame.
+class FullDevice final : public internal::InstanceDevice {
+public:
+    explicit FullDevice(bool takes_objects) : takes_objects_(takes_objects) {}
+    void clear() override {}
+    void add_model(const internal::DeviceModel&) override {}
+    Result<std::uint32_t> add(std::span<const internal::DeviceObject>) override {
+        ++refused;
+        if (takes_objects_) return 0;
+        return tl::unexpected(Error{ErrorCode::device_unavailable, "full"});
+    }
+    void remove(std::uint32_t, std::size_t) override {}
+    Result<Culled> cull(const internal::DeviceFrame&) override {
+        ++refused;
+        return tl::unexpected(Error{ErrorCode::device_unavailable, "full"});
+    }
+    std::span<const std::uint32_t> factor_counts(std::uint32_t) override { return {}; }
+    Chosen choose(float) override { return {}; }
+
+    int refused = 0;
+
+private:
+    bool takes_objects_;
+};
+
+TEST_F(GpuInstancesTest, WithoutMemoryOnTheDeviceTheCpuChoosesTheLevels) {
+    for (const bool takes_objects : {false, true}) {
+        FullDevice device(takes_objects);
+        Pair pair({}, &device);
+        Random random(5);
+        InstancesNode of_node{.model = pair.add(tree_model()), .objects = {}};
+        for (int i = 0; i < 1000; ++i) of_node.objects.push_back(random_object(random, 100.0));
+        pair.add({}, of_node);
+        const View view = view_from({0, -150, 0}, {0, 0, 0});
+        EXPECT_EQ(compare(pair, view, 0.0, 1.0, {}), 0u);
+        EXPECT_GT(pair.gpu.counts().drawn, 500u);
+        EXPECT_GT(device.refused, 0);
+    }
 }
 
 TEST_F(GpuInstancesTest, WhatTheGroundHidesIsThatOfTheCpu) {

@@ -176,8 +176,8 @@ void add_frame_options(CLI::App& app, FlightOptions& options) {
         [triangulator](std::size_t number) {
             *triangulator = static_cast<TriangulatorChoice>(number);
         },
-        "What selects the triangles of pictures, with the same bits; auto: the GPU, unless a "
-        "software rasteriser draws");
+        "What selects the triangles of pictures and the levels of scattered objects, with the same "
+        "bits; auto: the GPU, unless a software rasteriser draws");
     add_in_range(app, "--memory-mb", options.memory_mb, 0.001, 0x1p32,
                  "Ceiling of the memory that chunks take, MB of 2^20 bytes");
     add_count(app, "--threads", options.threads, 0,

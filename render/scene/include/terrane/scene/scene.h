@@ -140,7 +140,9 @@ public:
     /// suffice.
     ///
     /// @param device TerrainRenderer::instance_device(), of the renderer that draws the scene; serves one scene. Null:
-    ///               the CPU. Must outlive the scene or its replacement
+    ///               the CPU. Must outlive the scene, or its replacement here
+    ///
+    /// Threads: with a device begin_frame() and end_frame() only on the one on which its context is current
     void set_device(internal::InstanceDevice* device);
 
     /// Number of nodes, including the root.
