@@ -118,6 +118,7 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
         std::filesystem::exists(settings.scan_file, absent)) {
         return reopen(std::move(reader), finest_spacing, settings, spacing_tolerance);
     }
+    const std::string file_versions = settings.scan_file.empty() ? "" : reader->file_versions();
     // A spacing out of range and a raster that is too large are refused before the samples are read.
     std::shared_ptr<const PlaneMap> map;
     if (reader->is_resampled()) {
@@ -156,7 +157,8 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
             const auto get_flags = [&](const SampleGrid& cells, std::span<std::uint8_t> flags_out) {
                 return find_cell_flags(*store, grid, cells, flags_out);
             };
-            TERRANE_TRY(RasterScan::write(settings.scan_file, *store, grid, bounds, get_flags));
+            TERRANE_TRY(RasterScan::write(settings.scan_file, file_versions, *store, grid, bounds,
+                                          get_flags));
             TERRANE_TRY(const auto scan, RasterScan::open(settings.scan_file, path, grid));
             use.samples_hash = scan.samples()->hash().text();
         }
@@ -182,8 +184,13 @@ Result<std::shared_ptr<const DemSource>> DemSource::reopen(std::shared_ptr<Raste
                                                            double spacing_tolerance) {
     TERRANE_TRY(const auto grid, make_grid(reader->info(), finest_spacing, spacing_tolerance));
     TERRANE_TRY(const auto scan, RasterScan::open(settings.scan_file, reader->path(), grid));
+    const std::string file_versions = reader->file_versions();
     const std::shared_ptr<const RasterStore> store =
         RasterStore::reopen(std::move(reader), settings, scan.samples());
+    // A copy of the files may have the same samples; later changes are found when samples are read.
+    if (file_versions.empty() || file_versions != scan.file_versions()) {
+        TERRANE_TRY(store->check_all());
+    }
     const auto fine = std::make_shared<const FineSurface>(grid, store);
     TERRANE_TRY(auto bounds, scan.bounds(fine));
     CacheUse use;

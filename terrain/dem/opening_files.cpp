@@ -140,15 +140,16 @@ constexpr SealedKind kScanKind{{'S', 'C', 'A', 'N'}, 1};
 
 }  // namespace
 
-Result<void> RasterScan::write(const std::string& path, const RasterStore& store,
-                               const BilinearGrid& grid, OpeningBounds& bounds,
-                               const GetFlags& get_flags) {
+Result<void> RasterScan::write(const std::string& path, const std::string& file_versions,
+                               const RasterStore& store, const BilinearGrid& grid,
+                               OpeningBounds& bounds, const GetFlags& get_flags) {
     if (!store.is_whole()) TERRANE_TRY(bounds.tiers->add_cell_flags(get_flags));
     std::error_code ignored;  // reported when the file cannot be created
     std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
     TERRANE_TRY(auto file, SealedWriter::create(path, kScanKind));
     ByteWriter directory;
     directory.put_each(std::span<const std::uint8_t>(bytes_of(grid)));
+    directory.put_text(file_versions);
     TERRANE_TRY(store.write(file, directory));
     TERRANE_TRY(bounds.pyramid.write_tiles(file, directory));
     ByteWriter tiers;
@@ -173,6 +174,7 @@ Result<RasterScan> RasterScan::open(const std::string& path, const std::string& 
     std::vector<std::uint8_t> found(wanted.size());
     in.get_each(std::span<std::uint8_t>(found));
     if (found != wanted) return other();
+    scan.file_versions_ = in.get_text();
     TERRANE_TRY(scan.samples_, ScannedSamples::read(grid.columns, grid.rows, scan.file_, in));
     TERRANE_TRY(scan.pyramid_, HeightPyramid::read_tiles(grid, scan.file_, in));
     scan.tiers_ = SealedRecord::get(in);

@@ -70,13 +70,15 @@ public:
     ///
     /// @param store     not resampled, and not reopened
     /// @param get_flags as HeightSource::cell_flags()
+    /// @param file_versions RasterReader::file_versions()
     ///
     /// Fails: io
-    static Result<void> write(const std::string& path, const RasterStore& store,
-                              const BilinearGrid& grid, OpeningBounds& bounds,
-                              const GetFlags& get_flags);
+    static Result<void> write(const std::string& path, const std::string& file_versions,
+                              const RasterStore& store, const BilinearGrid& grid,
+                              OpeningBounds& bounds, const GetFlags& get_flags);
 
     const std::shared_ptr<const ScannedSamples>& samples() const { return samples_; }
+    const std::string& file_versions() const { return file_versions_; }
     /// Fails: io; bad_data
     Result<OpeningBounds> bounds(const std::shared_ptr<const FineSurface>& fine) const;
 
@@ -84,6 +86,7 @@ private:
     RasterScan() = default;
 
     std::shared_ptr<const SealedReader> file_;
+    std::string file_versions_;
     std::shared_ptr<const ScannedSamples> samples_;
     std::optional<HeightPyramid> pyramid_;
     SealedRecord tiers_;

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -458,6 +459,13 @@ TEST_F(OpeningScan, ASampleThatChangedIsFoundWhenItIsRead) {
     const auto time = fs::last_write_time(raster_);
     const OpenedDem before = open(raster_, scan_);
     write_raster(raster_, spec(0.25));
+    // Files that look changed are compared as a whole.
+    fs::last_write_time(raster_, time + std::chrono::hours(1));
+    const auto changed = try_open();
+    ASSERT_FALSE(changed.has_value());
+    EXPECT_EQ(changed.error().code, ErrorCode::bad_data);
+    EXPECT_NE(changed.error().message.find("rows 512 to 699"), std::string::npos)
+        << changed.error().message;
     fs::last_write_time(raster_, time);
     const OpenedDem after = open(raster_, scan_);
     std::vector<double> heights(4);
@@ -480,6 +488,17 @@ TEST_F(OpeningScan, ASampleThatChangedIsFoundWhenItIsRead) {
     EXPECT_TRUE(sample(100, 100).has_value()) << "its square has not changed";
     fs::remove(scan_);
     EXPECT_NE(open(raster_, scan_).info.samples_hash, before.info.samples_hash);
+}
+
+TEST_F(OpeningScan, ACopyOfTheRasterIsReopened) {
+    write_raster(raster_, wide(GDT_Float32, 10.0));
+    const std::string copy = folder_.file("copy.tif");
+    fs::copy(raster_, copy);
+    fs::last_write_time(copy, fs::last_write_time(raster_) + std::chrono::hours(1));
+    const OpenedDem first = open(raster_, scan_);
+    const OpenedDem second = open(copy, scan_);
+    EXPECT_EQ(first.info.samples_hash, second.info.samples_hash);
+    expect_same_answers(*first.source, *second.source);
 }
 
 TEST_F(OpeningScan, TheHashOfSamplesTellsWhichHaveNoData) {

@@ -126,6 +126,25 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
     return reader;
 }
 
+std::string RasterReader::file_versions() const {
+    const std::lock_guard lock(mutex_);
+    const QuietGdal quiet;
+    char** const files = file_->GetFileList();
+    std::vector<std::string> versions;
+    for (char** file = files; file != nullptr && *file != nullptr; ++file) {
+        VSIStatBufL status;
+        if (VSIStatL(*file, &status) != 0) continue;
+        versions.push_back(std::string(CPLGetFilename(*file)) + ", " +
+                           std::to_string(status.st_size) + " bytes, " +
+                           std::to_string(status.st_mtime) + "\n");
+    }
+    CSLDestroy(files);
+    std::ranges::sort(versions);
+    std::string text;
+    for (const std::string& version : versions) text += version;
+    return text;
+}
+
 Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path, double patience_s,
                                                          RasterNumbers numbers,
                                                          const NumberReading& reading) {

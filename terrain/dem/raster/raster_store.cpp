@@ -78,6 +78,15 @@ std::unique_ptr<RasterStore> RasterStore::reopen(std::shared_ptr<const HeightRea
     return store;
 }
 
+Result<void> RasterStore::check_all() const {
+    for (int y = 0; y * kSquareSide < info_.rows; ++y) {
+        for (int x = 0; x * kSquareSide < info_.columns; ++x) {
+            TERRANE_TRY(read_square(x, y));
+        }
+    }
+    return {};
+}
+
 Result<void> RasterStore::write(SealedWriter& file, ByteWriter& directory) const {
     const auto get_square = [this](int x, int y) -> Result<ScannedSquare> {
         const int west = x * kSquareSide, south = y * kSquareSide;

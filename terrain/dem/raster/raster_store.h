@@ -52,6 +52,9 @@ public:
     static std::unique_ptr<RasterStore> reopen(std::shared_ptr<const HeightReader> reader,
                                                const StoreSettings& settings,
                                                std::shared_ptr<const ScannedSamples> scan);
+    /// Compares all samples of a reopened raster with the scan: one pass.
+    /// Fails: io; bad_data if one is another
+    Result<void> check_all() const;
     /// Writes what reopen() needs.
     /// Fails: io
     Result<void> write(SealedWriter& file, ByteWriter& directory) const;
