@@ -1,4 +1,4 @@
-// Buffers and helpers of the compute shaders that cull instances and choose their levels: see device_instances.cpp. They repeat
+// Buffers and helpers of the compute shaders that cull instances and choose their levels: see gpu_instances.cpp. They repeat
 // terrane::scene's FrameObjects and LevelChoice with the same bits: floats are `precise`, and quotients and roots are rounded
 // correctly.
 #version 450 core

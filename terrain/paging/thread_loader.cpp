@@ -5,6 +5,7 @@
 #include <terrane/base/result.h>
 #include <terrane/base/text.h>
 #include <terrane/terrain/chunk_loader.h>
+#include <terrane/terrain/chunk_source.h>
 
 #include <algorithm>
 #include <chrono>
@@ -18,6 +19,7 @@
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace terrane {
 
@@ -246,7 +248,12 @@ std::vector<LoadRequest> ThreadLoader::take_queue() {
 
 void ThreadLoader::queue(std::vector<LoadRequest> requests) {
     std::list<State::Load> loads;
-    for (LoadRequest& request : requests) loads.emplace_back().request = std::move(request);
+    std::vector<ChunkKey> keys;
+    for (LoadRequest& request : requests) {
+        keys.push_back(request.key);
+        loads.emplace_back().request = std::move(request);
+    }
+    chunks_of(*state_->source).expect_chunks(keys);
     {
         const std::lock_guard lock(state_->mutex);
         TERRANE_ASSERT(state_->queue.empty(), "the queue must be taken back first");

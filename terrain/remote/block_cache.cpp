@@ -120,6 +120,10 @@ std::optional<std::vector<std::uint8_t>> BlockCache::find(const BlockKey& key) {
     return std::nullopt;
 }
 
+bool BlockCache::contains(const BlockKey& key) const {
+    return !folder_.empty() && access(path_of(key).c_str(), F_OK) == 0;
+}
+
 void BlockCache::insert(const BlockKey& key, std::span<const std::uint8_t> content) {
     if (folder_.empty()) return;
     make_space(kHeaderBytes + content.size());

@@ -35,6 +35,8 @@ public:
 
     /// The content of a block, if it is there and undamaged; marks it as used. A damaged file is removed.
     std::optional<std::vector<std::uint8_t>> find(const BlockKey& key);
+    /// Whether there is a file for a block, which may be damaged.
+    bool contains(const BlockKey& key) const;
     /// Writes a block; a fault is only counted.
     void insert(const BlockKey& key, std::span<const std::uint8_t> content);
     /// Removes a block.

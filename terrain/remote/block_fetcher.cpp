@@ -51,6 +51,9 @@ struct BlockFetcher::Piece {
     int tries = 0;                    // failed requests
     std::string last_cause;           // of the last one
     bool is_requested = false;
+    bool is_expected = false;
+
+    bool is_unwanted() const { return waits.empty() && !is_expected; }
 
     BlockKey key() const {
         return {request.name, *request.file_bytes, request.offset, request.bytes};
@@ -82,36 +85,37 @@ BlockFetcher::~BlockFetcher() {
     thread_.join();
 }
 
-SharedBytes BlockFetcher::find(const BlockKey& key) {
+BlockFetcher::Fetched BlockFetcher::find(const BlockKey& key) {
     const std::lock_guard lock(mutex_);
     const auto found = in_memory_.find(key);
-    if (found == in_memory_.end()) return nullptr;
+    if (found == in_memory_.end()) return {};
     ++counts_.memory_hits;
     memory_.splice(memory_.begin(), memory_, found->second);
-    return memory_.front().second;
+    Fetched& block = memory_.front().second;
+    return {block.bytes, std::exchange(block.is_first, false)};
 }
 
 void BlockFetcher::keep(const BlockKey& key, SharedBytes bytes) {
     const std::lock_guard lock(mutex_);
-    remember(key, bytes);
+    remember(key, bytes, false);
 }
 
 void BlockFetcher::discard(const BlockKey& key) {
     const std::lock_guard lock(mutex_);
     const auto found = in_memory_.find(key);
     if (found == in_memory_.end()) return;
-    memory_bytes_ -= found->second->second->size();
+    memory_bytes_ -= found->second->second.bytes->size();
     memory_.erase(found->second);
     in_memory_.erase(found);
 }
 
-void BlockFetcher::remember(const BlockKey& key, const SharedBytes& bytes) {
+void BlockFetcher::remember(const BlockKey& key, const SharedBytes& bytes, bool is_first) {
     if (in_memory_.contains(key)) return;
-    memory_.emplace_front(key, bytes);
+    memory_.emplace_front(key, Fetched{bytes, is_first});
     in_memory_.emplace(key, memory_.begin());
     memory_bytes_ += bytes->size();
     while (memory_bytes_ > client_.settings().memory_bytes) {
-        memory_bytes_ -= memory_.back().second->size();
+        memory_bytes_ -= memory_.back().second.bytes->size();
         in_memory_.erase(memory_.back().first);
         memory_.pop_back();
     }
@@ -143,7 +147,7 @@ void BlockFetcher::leave(const Wait& wait, const Pieces& pieces) {
     bool is_unwanted = false;
     for (const std::shared_ptr<Piece>& piece : pieces) {
         std::erase(piece->waits, &wait);
-        is_unwanted = is_unwanted || (piece->waits.empty() && !piece->result);
+        is_unwanted = is_unwanted || (piece->is_unwanted() && !piece->result);
     }
     if (is_unwanted) curl_multi_wakeup(multi_);
 }
@@ -182,12 +186,15 @@ Result<std::vector<BlockFetcher::Fetched>> BlockFetcher::fetch(std::span<const B
         const BlockKey& key = keys[i];
         // Another call may have completed the block since this one looked for it.
         if (const auto found = in_memory_.find(key); found != in_memory_.end()) {
-            fetched[i].bytes = found->second->second;
+            Fetched& block = found->second->second;
+            fetched[i] = {block.bytes, std::exchange(block.is_first, false)};
             continue;
         }
         std::shared_ptr<Piece> piece;
         if (const auto same = blocks_.find(key); same != blocks_.end()) {
             piece = same->second;
+            // of a block that was only expected, this call is the first
+            fetched[i].is_first = piece->waits.empty();
             ++counts_.shared_blocks;
         } else if (deadline < paused_until_) {
             leave(wait, pieces);
@@ -209,6 +216,37 @@ Result<std::vector<BlockFetcher::Fetched>> BlockFetcher::fetch(std::span<const B
         if (block.bytes == nullptr) block.bytes = pieces[next++]->result;
     }
     return fetched;
+}
+
+void BlockFetcher::expect(std::span<const BlockKey> keys) {
+    const std::lock_guard lock(mutex_);
+    bool has_changed = false;
+    for (auto& [key, piece] : blocks_) piece->is_expected = false;
+    // The order of the queue is that of the calls that wait, then that of `keys`.
+    std::list<std::shared_ptr<Piece>> expected;
+    for (const BlockKey& key : keys) {
+        if (in_memory_.contains(key)) continue;
+        std::shared_ptr<Piece> piece;
+        if (const auto same = blocks_.find(key); same != blocks_.end()) {
+            piece = same->second;
+        } else if (Clock::now() >= std::max(paused_until_, expecting_from_)) {
+            piece = add_piece({.name = key.name,
+                               .offset = key.offset,
+                               .bytes = key.bytes,
+                               .file_bytes = key.file_bytes});
+            has_changed = true;
+        } else {
+            continue;
+        }
+        piece->is_expected = true;
+        if (piece->is_requested || !piece->waits.empty()) continue;
+        const auto queued = std::ranges::find(queue_, piece);
+        if (queued != queue_.end()) expected.splice(expected.end(), queue_, queued);
+    }
+    queue_.splice(queue_.end(), expected);
+    const bool has_unwanted =
+        std::ranges::any_of(blocks_, [](const auto& block) { return block.second->is_unwanted(); });
+    if (has_changed || has_unwanted) curl_multi_wakeup(multi_);
 }
 
 Result<std::vector<std::uint8_t>> BlockFetcher::fetch_whole(const std::string& name,
@@ -281,7 +319,7 @@ void BlockFetcher::run() {
 
 void BlockFetcher::stop_unwanted() {
     const auto is_unwanted = [](const std::shared_ptr<Piece>& piece) {
-        return piece->waits.empty();
+        return piece->is_unwanted();
     };
     for (auto piece = queue_.begin(); piece != queue_.end();) {
         if (is_unwanted(*piece)) {
@@ -338,9 +376,15 @@ BlockFetcher::Pieces BlockFetcher::merge_neighbours(const std::shared_ptr<Piece>
 void BlockFetcher::start_transfers(Clock::time_point now) {
     const auto most = static_cast<std::size_t>(client_.settings().connection_count);
     if (now < paused_until_) return;
+    // Blocks that are only expected leave connections for calls that wait.
+    const std::size_t most_expected = std::max<std::size_t>(most - most / 4, 1);
     while (transfers_.size() < most) {
-        const auto next =
-            std::ranges::find_if(queue_, [&](const auto& piece) { return piece->due <= now; });
+        const auto is_due = [&](const auto& piece) { return piece->due <= now; };
+        auto next = std::ranges::find_if(
+            queue_, [&](const auto& piece) { return is_due(piece) && !piece->waits.empty(); });
+        if (next == queue_.end() && transfers_.size() < most_expected) {
+            next = std::ranges::find_if(queue_, is_due);
+        }
         if (next == queue_.end()) return;
         Transfer& transfer = transfers_.emplace_back();
         transfer.pieces = merge_neighbours(*next, now);
@@ -383,7 +427,7 @@ void BlockFetcher::take(Transfer& transfer, std::span<const std::uint8_t> bytes)
 void BlockFetcher::complete(Piece& piece) {
     piece.result = std::make_shared<const std::vector<std::uint8_t>>(std::move(piece.bytes));
     if (piece.is_block) {
-        remember(piece.key(), piece.result);
+        remember(piece.key(), piece.result, piece.waits.empty());
         blocks_.erase(piece.key());
     }
     for (Wait* const wait : piece.waits) {
@@ -401,6 +445,8 @@ void BlockFetcher::finish(std::list<Transfer>::iterator transfer,
         const std::size_t queued = queue_.size();
         const Clock::time_point due = now + to_duration(retry_delay(rest, *fault));
         if (fault->retry_in) paused_until_ = std::max(paused_until_, due);
+        const double longest = client_.settings().longest_retry_delay;
+        expecting_from_ = std::max({expecting_from_, due, now + to_duration(longest)});
         for (const std::shared_ptr<Piece>& piece : rest) retry_or_fail(piece, *fault, due);
         if (queue_.size() > queued) ++counts_.retries;
     } else {

@@ -27,8 +27,8 @@ using SharedBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 /// Reads blocks of files over HTTP, on a thread of its own, and keeps the last ones in memory.
 ///
 /// Concurrent calls for one block share its request. Neighbouring blocks in the queue are merged into one request. A
-/// failed request is repeated after a delay. A request is stopped when no call waits for its blocks. Threads: any
-/// number at once
+/// failed request is repeated after a delay. A request is stopped when no call waits for its blocks, and none of them is
+/// expected. Threads: any number at once
 class BlockFetcher {
 public:
     /// Starts the thread.
@@ -36,17 +36,20 @@ public:
     /// Stops all transfers. No call may be running.
     ~BlockFetcher();
 
+    struct Fetched {
+        SharedBytes bytes;
+        bool is_first = false;  ///< whether no other call had this block after its request
+    };
     /// A block that is in memory; null if it is not.
-    SharedBytes find(const BlockKey& key);
+    Fetched find(const BlockKey& key);
     /// Keeps a block in memory.
     void keep(const BlockKey& key, SharedBytes bytes);
     /// Forgets a block.
     void discard(const BlockKey& key);
 
-    struct Fetched {
-        SharedBytes bytes;
-        bool is_first = false;  ///< whether this call is the one that caused the request
-    };
+    /// Reads these blocks while connections are free, the first ones first, unless they are in memory. Replaces what was
+    /// expected: of those that are expected no more, requests without calls that wait are stopped.
+    void expect(std::span<const BlockKey> keys);
     /// Reads blocks, and waits for them.
     /// Fails: io, bad_data; timed_out at the deadline; cancelled after a request to stop
     Result<std::vector<Fetched>> fetch(std::span<const BlockKey> keys, Clock::time_point deadline,
@@ -69,7 +72,7 @@ private:
                                   std::unique_lock<std::mutex>& lock, const std::stop_token& stop);
     std::shared_ptr<Piece> add_piece(HttpRequest request);
     void leave(const Wait& wait, const Pieces& pieces);
-    void remember(const BlockKey& key, const SharedBytes& bytes);
+    void remember(const BlockKey& key, const SharedBytes& bytes, bool is_first);
     std::string cannot_read(const Piece& piece, const std::string& cause) const;
     std::string paused(const std::string& name) const;
 
@@ -95,10 +98,11 @@ private:
     std::list<std::shared_ptr<Piece>> queue_;            // not requested, in order of arrival
     std::map<BlockKey, std::shared_ptr<Piece>> blocks_;  // pieces that are blocks, requested or not
     std::list<Transfer> transfers_;
-    Clock::time_point paused_until_{};  // the server wants no request before
+    Clock::time_point paused_until_{};    // the server wants no request before
+    Clock::time_point expecting_from_{};  // a request failed: none for expected blocks before
     // blocks in memory, the last used one in front
-    std::list<std::pair<BlockKey, SharedBytes>> memory_;
-    std::map<BlockKey, std::list<std::pair<BlockKey, SharedBytes>>::iterator> in_memory_;
+    std::list<std::pair<BlockKey, Fetched>> memory_;
+    std::map<BlockKey, std::list<std::pair<BlockKey, Fetched>>::iterator> in_memory_;
     std::uint64_t memory_bytes_ = 0;
 
     HttpStatistics counts_;

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <utility>
 
 namespace terrane {
@@ -99,6 +100,32 @@ public:
         return read_parts(parts, end, stop);
     }
 
+    void expect(std::span<const ExpectedRange> ranges) const override {
+        const std::lock_guard lock(expecting_);
+        std::map<BlockKey, bool> is_on_disk;  // of the blocks that are expected now
+        std::vector<BlockKey> missing;
+        for (const ExpectedRange& range : ranges) {
+            const FileRange empty{range.name, range.file_bytes, range.offset, {}};
+            if (range.bytes == 0 || !check_range_of(empty) ||
+                range.bytes > range.file_bytes - range.offset)
+                continue;
+            const std::uint64_t size = settings_.block_bytes;
+            for (std::uint64_t at = range.offset / size * size; at < range.offset + range.bytes;
+                 at += size) {
+                const BlockKey key{range.name, range.file_bytes, at,
+                                   std::min(size, range.file_bytes - at)};
+                const auto [place, is_new] = is_on_disk.try_emplace(key, false);
+                if (!is_new) continue;
+                const auto known = is_expected_on_disk_.find(key);
+                place->second =
+                    known != is_expected_on_disk_.end() ? known->second : disk_.contains(key);
+                if (!place->second) missing.push_back(key);
+            }
+        }
+        is_expected_on_disk_ = std::move(is_on_disk);
+        fetcher_.expect(missing);
+    }
+
     bool discard(const FileRange& range) const override {
         if (!check_range_of(range)) return false;
         // Before blocks are removed: calls that are storing blocks see it, and remove theirs.
@@ -179,7 +206,9 @@ private:
         const std::uint64_t discard_count = discard_count_;
         std::vector<BlockKey> missing;
         for (auto& [key, bytes] : blocks) {
-            bytes = fetcher_.find(key);
+            const auto found = fetcher_.find(key);
+            bytes = found.bytes;
+            if (found.is_first) store(key, *bytes, discard_count);
             if (bytes != nullptr) continue;
             if (auto content = disk_.find(key)) {
                 ++disk_hits_;
@@ -194,16 +223,23 @@ private:
         TERRANE_TRY(const auto fetched, fetcher_.fetch(missing, end, stop));
         for (std::size_t i = 0; i < missing.size(); ++i) {
             blocks[missing[i]] = fetched[i].bytes;
-            if (!fetched[i].is_first) continue;
-            disk_.insert(missing[i], *fetched[i].bytes);
-            if (discard_count_ != discard_count) disk_.discard(missing[i]);
+            if (fetched[i].is_first) store(missing[i], *fetched[i].bytes, discard_count);
         }
         return {};
+    }
+
+    /// Writes a block to the disk cache, unless blocks were discarded since discard_count_ had this value.
+    void store(const BlockKey& key, std::span<const std::uint8_t> bytes,
+               std::uint64_t discard_count) const {
+        disk_.insert(key, bytes);
+        if (discard_count_ != discard_count) disk_.discard(key);
     }
 
     const std::string place_;
     const HttpSettings settings_;
     mutable std::atomic<std::uint64_t> disk_hits_{0}, discard_count_{0};
+    mutable std::mutex expecting_;
+    mutable std::map<BlockKey, bool> is_expected_on_disk_;  ///< since the last expect(), by block
     mutable internal::BlockCache disk_;
     mutable internal::BlockFetcher fetcher_;
 };

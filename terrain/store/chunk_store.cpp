@@ -59,6 +59,8 @@ public:
     /// If records are slow, reads the squares that make_chunk() needs for a chunk, all at the same time.
     /// Fails: as StoreRecords::squares()
     Result<void> prefetch(const ChunkKey& key, const std::stop_token& stop) const;
+    /// The squares that make_chunk() needs for a chunk, and that are not in memory.
+    std::vector<SquareKey> missing_squares(const ChunkKey& key) const;
 
 private:
     using Square = std::shared_ptr<const SquareCache::Square>;
@@ -126,6 +128,8 @@ public:
     /// Fails: io; timed_out; bad_data if it is damaged; cancelled
     Result<std::shared_ptr<const Chunk>> read(const ChunkKey& key,
                                               const std::stop_token& stop = {}) const;
+    /// See ChunkSource::expect_chunks().
+    void expect(std::span<const ChunkKey> keys) const;
     /// As read(), through a small cache, for queries of single points.
     Result<std::shared_ptr<const Chunk>> find(const ChunkKey& key) const;
 
@@ -159,6 +163,7 @@ public:
     double rise_bound(double distance) const override;
     Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                       const std::stop_token& stop) const override;
+    void expect_chunks(std::span<const ChunkKey> keys) const override { reader_->expect(keys); }
 
 private:
     using ChunkResult = Result<std::shared_ptr<const Chunk>>;
@@ -214,6 +219,17 @@ Result<StoredSamples::Square> StoredSamples::read_square(int x, int y) const {
 
 Result<void> StoredSamples::prefetch(const ChunkKey& key, const std::stop_token& stop) const {
     if (!records_.is_slow()) return {};  // each is read when it is needed
+    const std::vector<SquareKey> missing = missing_squares(key);
+    if (missing.empty()) return {};
+    TERRANE_TRY(const auto contents, records_.squares(missing, stop));
+    for (std::size_t i = 0; i < missing.size(); ++i) {
+        TERRANE_TRY(auto square, decode(missing[i], contents[i]));
+        squares_.add(missing[i].x, missing[i].y, std::move(square));
+    }
+    return {};
+}
+
+std::vector<SquareKey> StoredSamples::missing_squares(const ChunkKey& key) const {
     const Lattice& lattice = records_.world().lattice;
     const LatticePoint corner = lattice.corner(key);
     const std::int64_t side = lattice.chunk_side(key.level);
@@ -226,13 +242,7 @@ Result<void> StoredSamples::prefetch(const ChunkKey& key, const std::stop_token&
                 missing.push_back({x, y});
         }
     }
-    if (missing.empty()) return {};
-    TERRANE_TRY(const auto contents, records_.squares(missing, stop));
-    for (std::size_t i = 0; i < missing.size(); ++i) {
-        TERRANE_TRY(auto square, decode(missing[i], contents[i]));
-        squares_.add(missing[i].x, missing[i].y, std::move(square));
-    }
-    return {};
+    return missing;
 }
 
 double RasterChunkSource::height(double x, double y) const {
@@ -321,6 +331,20 @@ Result<std::shared_ptr<const Chunk>> ChunkReader::read(const ChunkKey& key,
             : make_bounded_chunk(source, key, std::move(partial->vertices), partial->most, stop);
     if (!chunk && chunk.error().code == ErrorCode::bad_data) return damaged();
     return chunk;
+}
+
+void ChunkReader::expect(std::span<const ChunkKey> keys) const {
+    if (!records_->is_slow()) return;
+    const StoreWorld& world = records_->world();
+    std::vector<StoreRecords::Expected> expected;
+    for (const ChunkKey& key : keys) {
+        StoreRecords::Expected& one = expected.emplace_back();
+        one.chunk = key;
+        const bool has_all =
+            content_of(world.lattice, world.raster, key.level) == ChunkContent::all;
+        if (!has_all) one.squares = samples_->missing_squares(key);
+    }
+    records_->expect(expected);
 }
 
 Result<std::shared_ptr<const Chunk>> ChunkReader::find(const ChunkKey& key) const {

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <list>
 #include <mutex>
+#include <set>
 #include <string_view>
 #include <unordered_map>
 #include <utility>
@@ -133,6 +134,7 @@ public:
         }
         return read(wanted, max_square_bytes(), stop);
     }
+    void expect(std::span<const Expected> expected) const override;
     HeightInterval heights(const ChunkKey& key) const override;
     bool is_slow() const override { return files_->is_slow(); }
 
@@ -230,6 +232,37 @@ Result<std::vector<RecordContent>> ShardRecords::read(std::span<const Wanted> wa
         }
     }
     return contents;
+}
+
+void ShardRecords::expect(std::span<const Expected> expected) const {
+    std::vector<ExpectedRange> ranges;
+    std::set<std::int64_t> unknown;  // shards whose index is not read yet
+    const auto add = [&](std::int64_t shard, const auto& record_in, std::size_t most_bytes) {
+        const ShardFile& file = manifest_.shards[static_cast<std::size_t>(shard)];
+        if (const auto index = cached_index(shard)) {
+            const StoredRecord& record = record_in(*index);
+            if (!is_inside(record, file, most_bytes)) return;
+            ranges.push_back({file.file_name(), file.bytes, record.offset, record.bytes});
+        } else if (unknown.insert(shard).second) {
+            ranges.push_back(
+                {file.file_name(), file.bytes, file.bytes - file.index_bytes, file.index_bytes});
+        }
+    };
+    for (const Expected& one : expected) {
+        add(
+            layout_.shard_of(one.chunk),
+            [&](const Index& index) -> const StoredRecord& {
+                return index.chunks[index.extent.index_of(one.chunk)];
+            },
+            max_encoded_bytes());
+        for (const SquareKey& key : one.squares) {
+            add(
+                layout_.shard_of(key),
+                [&](const Index& index) -> const StoredRecord& { return index.square(key); },
+                max_square_bytes());
+        }
+    }
+    files_->expect(ranges);
 }
 
 HeightInterval ShardRecords::heights(const ChunkKey& key) const {

@@ -35,6 +35,12 @@ public:
     /// Reads and checks squares of the raster's samples, in the given order; all must be stored. Fails: as chunk()
     virtual Result<std::vector<RecordContent>> squares(std::span<const SquareKey> keys,
                                                        const std::stop_token& stop) const = 0;
+    /// Chunks, and squares of the raster, that will be read soon: see ShardFiles::expect(). All must be stored.
+    struct Expected {
+        ChunkKey chunk;
+        std::vector<SquareKey> squares;
+    };
+    virtual void expect(std::span<const Expected> /*expected*/) const {}
     /// Contains the heights over a chunk. If records are slow to read, it may be that of an ancestor.
     virtual HeightInterval heights(const ChunkKey& key) const = 0;
     /// See ShardFiles::is_slow().

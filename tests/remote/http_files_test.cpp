@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <future>
 #include <latch>
+#include <random>
 #include <set>
 
 namespace terrane::http_files_test {
@@ -398,6 +399,159 @@ TEST(OpenHttp, RefusesSettingsOutOfRange) {
     EXPECT_NE(refused([](HttpSettings& s) { s.authorization = "a\r\nHost: b"; }), "");
     EXPECT_NE(refused([](HttpSettings& s) { s.user_agent = "a\n"; }), "");
     EXPECT_EQ(refused([](HttpSettings&) {}), "");
+}
+
+// ---- expected ranges
+
+/// A range of so many blocks.
+ExpectedRange blocks_at(std::uint64_t first, std::uint64_t count) {
+    return {kShard, kFileBytes, first * kBlock, count * kBlock};
+}
+
+void expect(const ShardFiles& files, const std::vector<ExpectedRange>& ranges) {
+    files.expect(ranges);
+}
+
+TEST_F(HttpFilesTest, ReadsExpectedBlocksBeforeTheyAreWanted) {
+    const auto files = open_files(server_.url());
+    // Neighbours of several ranges are one request.
+    expect(*files, {blocks_at(3, 1), blocks_at(2, 1), blocks_at(4, 2)});
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 4 * kBlock; }));
+    EXPECT_EQ(files->statistics().requests, 1u);
+    EXPECT_EQ(read_one(*files, 2 * kBlock, 4 * kBlock, kFileBytes), "");
+    EXPECT_EQ(files->statistics().requests, 1u);
+    EXPECT_EQ(files->statistics().memory_hits, 4u);
+    // Blocks in memory are not requested again.
+    expect(*files, {blocks_at(2, 4)});
+    EXPECT_EQ(read_one(*files, 30 * kBlock, 9, kFileBytes), "");
+    EXPECT_EQ(files->statistics().requests, 2u);
+}
+
+TEST_F(HttpFilesTest, WrongExpectedRangesAreLeftOut) {
+    const auto files = open_files(server_.url());
+    expect(*files, {{"../secret", 9, 0, 9},
+                    {kShard, kFileBytes, kFileBytes + 1, 1},
+                    {kShard, kFileBytes, 3, kFileBytes},
+                    {kShard, kFileBytes, ~std::uint64_t{0}, ~std::uint64_t{0}},
+                    {kShard, kFileBytes, 7, 0},
+                    blocks_at(40, 0),
+                    {kShard, kFileBytes, 40 * kBlock, 123}});
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 123; }));
+    EXPECT_EQ(server_.requests().size(), 1u);
+}
+
+TEST_F(HttpFilesTest, ACallSharesTheRequestOfAnExpectedBlock) {
+    const auto files = open_files(server_.url());
+    server_.hold();
+    expect(*files, {blocks_at(7, 1)});
+    ASSERT_TRUE(holds_soon([&] { return server_.requests().size() == 1; }));
+    auto call = std::async(std::launch::async,
+                           [&] { return read_one(*files, 7 * kBlock + 5, 9, kFileBytes); });
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().shared_blocks == 1; }));
+    expect(*files, {});  // the call still waits
+    server_.release();
+    EXPECT_EQ(call.get(), "");
+    EXPECT_EQ(server_.requests().size(), 1u);
+    EXPECT_EQ(files->statistics().cancelled, 0u);
+}
+
+TEST_F(HttpFilesTest, BlocksThatAreExpectedNoMoreAreGivenUp) {
+    HttpSettings settings = quick_settings();
+    settings.connection_count = 1;
+    const auto files = open_files(server_.url(), settings);
+    server_.hold();
+    expect(*files, {blocks_at(7, 1), blocks_at(20, 1)});
+    ASSERT_TRUE(holds_soon([&] { return server_.requests().size() == 1; }));
+    expect(*files, {blocks_at(30, 1)});
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().cancelled == 1; }));
+    server_.release();
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == kBlock; }));
+    std::set<std::uint64_t> begins;
+    for (const auto& request : server_.requests()) begins.insert(request.range->first / kBlock);
+    EXPECT_EQ(begins, (std::set<std::uint64_t>{7, 30})) << "block 20 was never requested";
+}
+
+TEST_F(HttpFilesTest, CallsThatWaitComeBeforeExpectedBlocks) {
+    HttpSettings settings = quick_settings();
+    settings.connection_count = 4;
+    const auto files = open_files(server_.url(), settings);
+    server_.hold();
+    std::vector<ExpectedRange> many;
+    for (std::uint64_t i = 0; i < 12; ++i) many.push_back(blocks_at(3 * i, 1));
+    expect(*files, many);
+    ASSERT_TRUE(holds_soon([&] { return server_.requests().size() == 3; }));
+    // One connection is left for calls.
+    auto call = std::async(std::launch::async,
+                           [&] { return read_one(*files, 38 * kBlock, 9, kFileBytes); });
+    ASSERT_TRUE(holds_soon([&] { return server_.requests().size() == 4; }));
+    EXPECT_EQ(server_.requests().back().range->first, 38 * kBlock);
+    server_.release();
+    EXPECT_EQ(call.get(), "");
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 13 * kBlock; }));
+}
+
+TEST_F(HttpFilesTest, AFailingServerIsNotAskedAgainForExpectedBlocks) {
+    HttpSettings settings = quick_settings();
+    settings.longest_retry_delay = 3600.0;
+    const auto files = open_files(server_.url(), settings);
+    server_.fail_always(kShard, {.status = 500, .text = {}});
+    for (int i = 0; i < 200; ++i) {
+        expect(*files, {blocks_at(7, 1), blocks_at(20, 1)});
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_LE(server_.requests().size(), 2u);
+    ASSERT_TRUE(holds_soon([&] { return failure_count(files->statistics().failures) > 0; }));
+    // A call has its own requests.
+    server_.fail_always(kShard, {.kind = ServerFault::Kind::wrong_bytes, .text = {}});
+    EXPECT_EQ(read_one(*files, 7 * kBlock, 9, kFileBytes), "wrong bytes");
+}
+
+TEST_F(HttpFilesTest, ExpectedBlocksReachTheDiskCacheAndComeFromIt) {
+    const TemporaryFolder folder;
+    HttpSettings settings = quick_settings();
+    settings.cache_folder = folder.file("cache");
+    {
+        const auto files = open_files(server_.url(), settings);
+        expect(*files, {blocks_at(7, 2)});
+        ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 2 * kBlock; }));
+        EXPECT_EQ(read_one(*files, 7 * kBlock, 2 * kBlock, kFileBytes), "");
+    }
+    const auto files = open_files(server_.url(), settings);
+    expect(*files, {blocks_at(7, 2)});
+    EXPECT_EQ(read_one(*files, 7 * kBlock, 2 * kBlock, kFileBytes), "");
+    EXPECT_EQ(files->statistics().requests, 0u);
+    EXPECT_EQ(files->statistics().disk_hits, 2u);
+}
+
+TEST_F(HttpFilesTest, RandomExpectationsAndCallsGiveTheRightBytes) {
+    const TemporaryFolder folder;
+    HttpSettings settings = quick_settings();
+    settings.memory_bytes = 8 * kBlock;
+    settings.cache_folder = folder.file("cache");
+    settings.connection_count = 3;
+    const auto files = open_files(server_.url(), settings);
+    std::vector<std::future<int>> threads;
+    for (unsigned seed = 0; seed < 4; ++seed) {
+        threads.push_back(std::async(std::launch::async, [&files, seed] {
+            std::minstd_rand random(seed + 1);
+            int wrong = 0;
+            for (int i = 0; i < 150; ++i) {
+                std::vector<ExpectedRange> ranges;
+                for (auto k = random() % 6; k > 0; --k) {
+                    ranges.push_back(blocks_at(random() % 36, 1 + random() % 4));
+                }
+                if (seed % 2 == 0) expect(*files, ranges);
+                std::stop_source stop;
+                const Read read(random() % (36 * kBlock), 1 + random() % (3 * kBlock), kFileBytes);
+                const FileRange& range = read.range();
+                if (random() % 8 == 0) stop.request_stop();
+                const auto done = files->read({&range, 1}, stop.get_token());
+                if (done ? !read.is_right() : done.error().code != ErrorCode::cancelled) ++wrong;
+            }
+            return wrong;
+        }));
+    }
+    for (auto& thread : threads) EXPECT_EQ(thread.get(), 0);
 }
 
 }  // namespace terrane::http_files_test

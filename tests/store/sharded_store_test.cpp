@@ -6,6 +6,7 @@
 #include "store_records.h"
 
 #include <terrane/store/shard_baker.h>
+#include <terrane/terrain/chunk_source.h>
 
 #include <gtest/gtest.h>
 
@@ -18,6 +19,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -416,6 +418,71 @@ TEST(ShardedStore, IntervalsOfSlowFilesComeFromMemory) {
         EXPECT_GE(store->interval(rect).high, exact->interval(rect).high);
     }
     EXPECT_EQ(cache->reads, 0);
+}
+
+/// Slow files that note what is expected and what is read.
+class NotedFiles final : public ShardFiles {
+public:
+    using Range = std::tuple<std::string, std::uint64_t, std::uint64_t>;  // name, offset, bytes
+
+    explicit NotedFiles(std::shared_ptr<const ShardFiles> files) : files_(std::move(files)) {}
+    const std::string& place() const override { return files_->place(); }
+    Result<std::vector<std::uint8_t>> read_whole(const std::string& name,
+                                                 std::size_t most_bytes) const override {
+        return files_->read_whole(name, most_bytes);
+    }
+    Result<void> read(std::span<const FileRange> ranges,
+                      const std::stop_token& stop) const override {
+        for (const FileRange& range : ranges) {
+            read_ranges.insert({range.name, range.offset, range.bytes_out.size()});
+        }
+        return files_->read(ranges, stop);
+    }
+    void expect(std::span<const ExpectedRange> ranges) const override {
+        expected.clear();
+        for (const ExpectedRange& range : ranges) {
+            EXPECT_LE(range.offset + range.bytes, range.file_bytes);
+            expected.insert({range.name, range.offset, range.bytes});
+        }
+    }
+    bool is_slow() const override { return true; }
+
+    mutable std::set<Range> expected, read_ranges;
+
+private:
+    std::shared_ptr<const ShardFiles> files_;
+};
+
+TEST(ShardedStore, ExpectsWhatItsChunksRead) {
+    const std::vector<std::shared_ptr<const HeightSource>> sources{small_raster(1.25),
+                                                                   small_fractal()};
+    for (const auto& source : sources) {
+        const TemporaryFolder folder;
+        bake(*source, folder.file("a"));
+        const auto files =
+            std::make_shared<NotedFiles>(open_shard_folder(folder.file("a")).value());
+        const auto store = ChunkStore::open(files).value();
+        for (const ChunkKey& key : all_keys(store->lattice())) {
+            // The first time only the indices of shards are known.
+            for (int attempt = 0; attempt < 2; ++attempt) {
+                chunks_of(*store).expect_chunks({&key, 1});
+                EXPECT_TRUE(files->read_ranges.empty()) << "nothing is read by expecting it";
+                if (attempt > 0 || files->expected.empty()) break;
+                ASSERT_TRUE(make_chunk(*store, key).has_value());
+                files->read_ranges.clear();
+            }
+            // Squares that an earlier chunk has read are in memory.
+            const std::set<NotedFiles::Range> expected = files->expected;
+            ASSERT_TRUE(make_chunk(*store, key).has_value());
+            EXPECT_EQ(files->read_ranges, expected);
+            files->read_ranges.clear();
+        }
+        const std::vector<ChunkKey> keys = all_keys(store->lattice());
+        chunks_of(*store).expect_chunks(keys);
+        EXPECT_GE(files->expected.size(), keys.size());
+        chunks_of(*store).expect_chunks({});
+        EXPECT_TRUE(files->expected.empty()) << "the last call replaces the one before";
+    }
 }
 
 }  // namespace terrane::internal::sharded_store_test

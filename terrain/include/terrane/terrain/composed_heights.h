@@ -66,6 +66,9 @@ public:
                                                       const std::stop_token& stop) const override {
         return chunks_->stored_chunk(key, stop);
     }
+    void expect_chunks(std::span<const ChunkKey> keys) const override {
+        chunks_->expect_chunks(keys);
+    }
     std::optional<SolidExtent> solid_extent(const ChunkKey& key) const override {
         return chunks_->solid_extent(key);
     }

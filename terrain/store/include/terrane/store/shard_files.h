@@ -21,6 +21,14 @@ struct FileRange {
     std::span<std::uint8_t> bytes_out;  ///< of the range
 };
 
+/// A range that may be read soon.
+struct ExpectedRange {
+    std::string name;              ///< of the file
+    std::uint64_t file_bytes = 0;  ///< size of the whole file; the range is inside it
+    std::uint64_t offset = 0;      ///< of the first byte of the range
+    std::uint64_t bytes = 0;       ///< size of the range
+};
+
 /// Where the files of a sharded store are: a folder, or a server.
 /// Threads: any number at once
 class ShardFiles {
@@ -40,6 +48,10 @@ public:
     /// Fails: io; timed_out; bad_data if a file does not have its size; cancelled after a request to stop
     virtual Result<void> read(std::span<const FileRange> ranges,
                               const std::stop_token& stop) const = 0;
+
+    /// Says which ranges will be read soon, the most urgent one first. Files that are slow may begin to read them.
+    /// Replaces what the last call said. Does not wait.
+    virtual void expect(std::span<const ExpectedRange> /*ranges*/) const {}
 
     /// Says that bytes which were read are damaged. Returns whether they came from a cache, which has dropped them, so
     /// that read() may give others.
