@@ -27,8 +27,8 @@ using SharedBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 /// Reads blocks of files over HTTP, on a thread of its own, and keeps the last ones in memory.
 ///
 /// Concurrent calls for one block share its request. Neighbouring blocks in the queue are merged into one request. A
-/// failed request is repeated after a delay. A request is stopped when no call waits for its blocks, and none of them is
-/// expected. Threads: any number at once
+/// failed request is repeated after a delay. A request is stopped when no call waits for its blocks, and none of them
+/// is expected. Threads: any number at once
 class BlockFetcher {
 public:
     /// Starts the thread.
@@ -47,8 +47,8 @@ public:
     /// Forgets a block.
     void discard(const BlockKey& key);
 
-    /// Reads these blocks while connections are free, the first ones first, unless they are in memory. Replaces what was
-    /// expected: of those that are expected no more, requests without calls that wait are stopped.
+    /// Reads these blocks while connections are free, the first ones first, unless they are in memory. Replaces what
+    /// was expected: of those that are expected no more, requests without calls that wait are stopped.
     void expect(std::span<const BlockKey> keys);
     /// Reads blocks, and waits for them.
     /// Fails: io, bad_data; timed_out at the deadline; cancelled after a request to stop

@@ -129,8 +129,8 @@ public:
     double offset() const override { return meaning_.offset; }
     Result<void> check_extremes(const ExtremeHeights& extremes) const override;
     const NumberReading& reading() const { return reading_; }
-    /// Names without folders, sizes and modification times of the files of the raster, with the tiles of a mosaic. Empty
-    /// if it has no files.
+    /// Names without folders, sizes and modification times of the files of the raster, with the tiles of a mosaic.
+    /// Empty if it has no files.
     std::string file_versions() const;
 
 private:

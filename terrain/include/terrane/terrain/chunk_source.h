@@ -40,8 +40,8 @@ public:
     virtual Result<std::shared_ptr<const Chunk>> stored_chunk(const ChunkKey& key,
                                                               const std::stop_token& stop) const;
 
-    /// Says which chunks stored_chunk() will be asked for soon, the most urgent one first. A source whose storage is slow
-    /// may begin to read them. Replaces what the last call said. Must not wait.
+    /// Says which chunks stored_chunk() will be asked for soon, the most urgent one first. A source whose storage is
+    /// slow may begin to read them. Replaces what the last call said. Must not wait.
     virtual void expect_chunks(std::span<const ChunkKey> /*keys*/) const {}
 
     /// Extent of the volumes (caves, tunnels, overhangs) over the square of a chunk of any level; absent if there are
