@@ -58,14 +58,15 @@ struct HttpFailures {
 
 /// What was read so far, and what went wrong.
 struct HttpStatistics {
-    std::uint64_t requests = 0;       ///< requests that were sent
-    std::uint64_t bytes = 0;          ///< bytes of replies, without headers
-    std::uint64_t memory_hits = 0;    ///< blocks found in memory
-    std::uint64_t disk_hits = 0;      ///< blocks found in the disk cache
-    std::uint64_t shared_blocks = 0;  ///< blocks that another read() or expect() had already requested
-    std::uint64_t retries = 0;        ///< failed requests whose blocks were requested again
-    std::uint64_t cancelled = 0;      ///< requests that were stopped because nobody waited any more
-    std::uint64_t discarded = 0;      ///< calls of discard(): the reader found damage
+    std::uint64_t requests = 0;     ///< requests that were sent
+    std::uint64_t bytes = 0;        ///< bytes of replies, without headers
+    std::uint64_t memory_hits = 0;  ///< blocks found in memory
+    std::uint64_t disk_hits = 0;    ///< blocks found in the disk cache
+    std::uint64_t shared_blocks =
+        0;                        ///< blocks that another read() or expect() had already requested
+    std::uint64_t retries = 0;    ///< failed requests whose blocks were requested again
+    std::uint64_t cancelled = 0;  ///< requests that were stopped because nobody waited any more
+    std::uint64_t discarded = 0;  ///< calls of discard(): the reader found damage
     std::uint64_t damaged_blocks = 0;  ///< blocks of the disk cache, removed for a wrong checksum
     std::uint64_t cache_faults = 0;    ///< blocks that could not be written to the disk cache
     HttpFailures failures;             ///< failed requests, by cause
