@@ -404,7 +404,8 @@ RasterSpec wide(GDALDataType type, double cell_y) {
                                      (column > 700 && column < 900 && row % 40 == 7);
                 if (is_void || column + row < 60 || column > 1090) return -9999.0;
                 const int x = column % 90 - 45, y = row % 70 - 35;
-                return static_cast<double>(600 - x * x / 8 + x * y / 16 + y * y / 4);
+                const int height = 600 - x * x / 8 + x * y / 16 + y * y / 4;
+                return static_cast<double>(height);
             }};
 }
 
