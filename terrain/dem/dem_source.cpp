@@ -113,10 +113,11 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
     std::function<bool(double)> report_progress, double spacing_tolerance) {
     TERRANE_TRY(auto reader, RasterReader::open(path, settings.patience_s, RasterNumbers::heights,
                                                 settings.reading));
+    OpeningProgress progress(path, std::move(report_progress));
     std::error_code absent;
     if (!settings.scan_file.empty() && !reader->is_resampled() &&
         std::filesystem::exists(settings.scan_file, absent)) {
-        return reopen(std::move(reader), finest_spacing, settings, spacing_tolerance);
+        return reopen(std::move(reader), finest_spacing, settings, spacing_tolerance, progress);
     }
     const std::string file_versions = settings.scan_file.empty() ? "" : reader->file_versions();
     // A spacing out of range and a raster that is too large are refused before the samples are read.
@@ -139,7 +140,6 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
         !checked) {
         return tl::unexpected(checked.error());
     }
-    OpeningProgress progress(path, std::move(report_progress));
     StoreSettings own = settings;
     if (map) own.progress_share = 0.2;
     TERRANE_TRY(std::shared_ptr<const RasterStore> store,
@@ -181,7 +181,8 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
 Result<std::shared_ptr<const DemSource>> DemSource::reopen(std::shared_ptr<RasterReader> reader,
                                                            double finest_spacing,
                                                            const StoreSettings& settings,
-                                                           double spacing_tolerance) {
+                                                           double spacing_tolerance,
+                                                           OpeningProgress& progress) {
     TERRANE_TRY(const auto grid, make_grid(reader->info(), finest_spacing, spacing_tolerance));
     TERRANE_TRY(const auto scan, RasterScan::open(settings.scan_file, reader->path(), grid));
     const std::string file_versions = reader->file_versions();
@@ -189,10 +190,12 @@ Result<std::shared_ptr<const DemSource>> DemSource::reopen(std::shared_ptr<Raste
         RasterStore::reopen(std::move(reader), settings, scan.samples());
     // A copy of the files may have the same samples; later changes are found when samples are read.
     if (file_versions.empty() || file_versions != scan.file_versions()) {
-        TERRANE_TRY(store->check_all());
+        TERRANE_TRY(store->check_all(progress));
     }
     const auto fine = std::make_shared<const FineSurface>(grid, store);
     TERRANE_TRY(auto bounds, scan.bounds(fine));
+    progress.begin(1.0, 1);
+    TERRANE_TRY(progress.step());
     CacheUse use;
     use.samples_hash = scan.samples()->hash().text();
     return std::shared_ptr<const DemSource>(

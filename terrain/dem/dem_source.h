@@ -5,6 +5,7 @@
 #include "bilinear/fine_surface.h"
 #include "bounds/level_bounds.h"
 #include "opening_files.h"
+#include "raster/cancellable_work.h"
 #include "raster/raster_store.h"
 
 #include <terrane/dem/dem_heights.h>
@@ -52,7 +53,8 @@ private:
     static Result<std::shared_ptr<const DemSource>> reopen(std::shared_ptr<RasterReader> reader,
                                                            double finest_spacing,
                                                            const StoreSettings& settings,
-                                                           double spacing_tolerance);
+                                                           double spacing_tolerance,
+                                                           OpeningProgress& progress);
     DemSource(std::shared_ptr<const RasterStore> store, std::shared_ptr<const FineSurface> fine,
               OpeningBounds bounds, CacheUse cache_use);
 

@@ -497,7 +497,18 @@ TEST_F(OpeningScan, ACopyOfTheRasterIsReopened) {
     fs::copy(raster_, copy);
     fs::last_write_time(copy, fs::last_write_time(raster_) + std::chrono::hours(1));
     const OpenedDem first = open(raster_, scan_);
-    const OpenedDem second = open(copy, scan_);
+    double last = 0.0;
+    DemSettings told = settings(scan_);
+    told.progress = [&last](double share) {
+        last = share;
+        return true;
+    };
+    const OpenedDem second = open_dem(copy, told);
+    EXPECT_EQ(last, 1.0);
+    told.progress = [](double) { return false; };
+    const auto stopped = DemHeights::open(copy, told);
+    ASSERT_FALSE(stopped.has_value());
+    EXPECT_EQ(stopped.error().code, ErrorCode::cancelled);
     EXPECT_EQ(first.info.samples_hash, second.info.samples_hash);
     expect_same_answers(*first.source, *second.source);
 }

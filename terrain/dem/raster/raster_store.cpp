@@ -78,11 +78,13 @@ std::unique_ptr<RasterStore> RasterStore::reopen(std::shared_ptr<const HeightRea
     return store;
 }
 
-Result<void> RasterStore::check_all() const {
+Result<void> RasterStore::check_all(OpeningProgress& progress) const {
+    progress.begin(0.9, (info_.rows + kSquareSide - 1) / kSquareSide);
     for (int y = 0; y * kSquareSide < info_.rows; ++y) {
         for (int x = 0; x * kSquareSide < info_.columns; ++x) {
             TERRANE_TRY(read_square(x, y));
         }
+        TERRANE_TRY(progress.step());
     }
     return {};
 }

@@ -53,8 +53,8 @@ public:
                                                const StoreSettings& settings,
                                                std::shared_ptr<const ScannedSamples> scan);
     /// Compares all samples of a reopened raster with the scan: one pass.
-    /// Fails: io; bad_data if one is another
-    Result<void> check_all() const;
+    /// Fails: io; bad_data if one is another; cancelled
+    Result<void> check_all(OpeningProgress& progress) const;
     /// Writes what reopen() needs.
     /// Fails: io
     Result<void> write(SealedWriter& file, ByteWriter& directory) const;
