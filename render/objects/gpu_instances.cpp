@@ -78,7 +78,7 @@ void GpuInstances::clear() {
     group_count_ = 0;
 }
 
-// Objects have places of whole groups, so that those of removed clusters are used again.
+// A cluster takes whole groups of 32 places, so that a later cluster of its size fits where a removed one was.
 Result<std::uint32_t> GpuInstances::add(std::span<const DeviceObject> objects) {
     const HostState host(is_hosted_);
     const std::size_t size = size_of(objects.size());

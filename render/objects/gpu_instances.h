@@ -64,7 +64,7 @@ public:
 
     /// Memory on the device.
     std::size_t bytes() const;
-    /// Bytes that the last frame sent, without those of objects that came into view for the first time, and read back.
+    /// Bytes that the last frame has sent and read back. Objects that add() uploads do not count.
     std::size_t sent_bytes() const { return sent_bytes_; }
     std::size_t read_bytes() const { return read_bytes_; }
 

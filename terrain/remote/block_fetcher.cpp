@@ -222,7 +222,7 @@ void BlockFetcher::expect(std::span<const BlockKey> keys) {
     const std::lock_guard lock(mutex_);
     bool has_changed = false;
     for (auto& [key, piece] : blocks_) piece->is_expected = false;
-    // The order of the queue is that of the calls that wait, then that of `keys`.
+    // Blocks for which calls wait stay in front of the queue; expected blocks follow in the order of `keys`.
     std::list<std::shared_ptr<Piece>> expected;
     for (const BlockKey& key : keys) {
         if (in_memory_.contains(key)) continue;

@@ -59,7 +59,7 @@ public:
     Result<std::vector<std::uint8_t>> fetch_whole(const std::string& name, std::uint64_t most_bytes,
                                                   Clock::time_point deadline);
 
-    /// All statistics but those of the disk cache.
+    /// Statistics of requests and of blocks in memory.
     HttpStatistics statistics() const;
 
 private:

@@ -359,15 +359,25 @@ TEST(ShardedStore, AManifestThatMakesNoSenseIsRefused) {
     EXPECT_EQ(ChunkStore::open(path).error().code, ErrorCode::bad_data);
 }
 
-/// Files of a folder that are slow, and of which the first read of each range is damaged.
-class BadCache final : public ShardFiles {
+/// Files of a folder that are slow.
+class SlowFiles : public ShardFiles {
 public:
-    explicit BadCache(std::shared_ptr<const ShardFiles> files) : files_(std::move(files)) {}
+    explicit SlowFiles(std::shared_ptr<const ShardFiles> files) : files_(std::move(files)) {}
     const std::string& place() const override { return files_->place(); }
     Result<std::vector<std::uint8_t>> read_whole(const std::string& name,
                                                  std::size_t most_bytes) const override {
         return files_->read_whole(name, most_bytes);
     }
+    bool is_slow() const override { return true; }
+
+protected:
+    std::shared_ptr<const ShardFiles> files_;
+};
+
+/// Slow files of which the first read of each range is damaged.
+class BadCache final : public SlowFiles {
+public:
+    using SlowFiles::SlowFiles;
     Result<void> read(std::span<const FileRange> ranges,
                       const std::stop_token& stop) const override {
         ++reads;
@@ -380,12 +390,10 @@ public:
     bool discard(const FileRange& range) const override {
         return dropped_.insert({range.name, range.offset}).second;
     }
-    bool is_slow() const override { return true; }
 
     mutable int reads = 0;
 
 private:
-    std::shared_ptr<const ShardFiles> files_;
     mutable std::set<std::pair<std::string, std::uint64_t>> dropped_;
 };
 
@@ -421,16 +429,11 @@ TEST(ShardedStore, IntervalsOfSlowFilesComeFromMemory) {
 }
 
 /// Slow files that note what is expected and what is read.
-class NotedFiles final : public ShardFiles {
+class NotedFiles final : public SlowFiles {
 public:
     using Range = std::tuple<std::string, std::uint64_t, std::uint64_t>;  // name, offset, bytes
 
-    explicit NotedFiles(std::shared_ptr<const ShardFiles> files) : files_(std::move(files)) {}
-    const std::string& place() const override { return files_->place(); }
-    Result<std::vector<std::uint8_t>> read_whole(const std::string& name,
-                                                 std::size_t most_bytes) const override {
-        return files_->read_whole(name, most_bytes);
-    }
+    using SlowFiles::SlowFiles;
     Result<void> read(std::span<const FileRange> ranges,
                       const std::stop_token& stop) const override {
         for (const FileRange& range : ranges) {
@@ -445,12 +448,8 @@ public:
             expected.insert({range.name, range.offset, range.bytes});
         }
     }
-    bool is_slow() const override { return true; }
 
     mutable std::set<Range> expected, read_ranges;
-
-private:
-    std::shared_ptr<const ShardFiles> files_;
 };
 
 TEST(ShardedStore, ExpectsWhatItsChunksRead) {

@@ -18,8 +18,8 @@
 
 namespace terrane::internal {
 
-/// The instances of a scene whose objects are culled, and their levels chosen, on a device: those of models with
-/// discrete levels. The CPU culls clusters and groups, and finds the objects that the ground hides.
+/// Instances that a device culls, and whose levels it chooses: those of models with discrete levels. The CPU culls
+/// clusters and groups, and tests which objects the ground hides.
 class DeviceObjects {
 public:
     /// @param device null: none
@@ -36,8 +36,8 @@ public:
 
     /// Begins a frame without objects.
     void clear();
-    /// Adds the groups of a cluster that are in view; the arguments are those of FrameObjects::add(). Fails with
-    /// device_unavailable if the device's memory does not suffice for a cluster that has not been in view.
+    /// Adds the groups of a cluster that are in view; arguments as in FrameObjects::add(). Fails with
+    /// device_unavailable if the device has no memory for the objects of a cluster that comes into view.
     ///
     /// @param objects counts the groups that are culled
     Result<void> add(const ObjectCluster& cluster, const LevelChoice& choice,

@@ -461,6 +461,23 @@ std::span<const T> all_of(const std::vector<T>& values) {
     return values;
 }
 
+void put_nodes(std::span<const HeightInterval> nodes, ByteWriter& out) {
+    for (const HeightInterval& node : nodes) {
+        out.put(node.low);
+        out.put(node.high);
+    }
+}
+
+std::vector<HeightInterval> get_nodes(int columns, int rows, ByteReader& in) {
+    std::vector<HeightInterval> nodes(static_cast<std::size_t>(columns) *
+                                      static_cast<std::size_t>(rows));
+    for (HeightInterval& node : nodes) {
+        node.low = in.get<double>();
+        node.high = in.get<double>();
+    }
+    return nodes;
+}
+
 tl::unexpected<Error> other_size() {
     return fail(ErrorCode::bad_data, "kept bounds are not of this raster's size");
 }
@@ -471,10 +488,7 @@ void HeightPyramid::write(ByteWriter& out) const {
     out.put(slope_);
     for (const Level& level : levels_) {
         out.put(level.rise);
-        for (const HeightInterval& node : level.nodes) {
-            out.put(node.low);
-            out.put(node.high);
-        }
+        put_nodes(level.nodes, out);
     }
 }
 
@@ -485,12 +499,7 @@ Result<HeightPyramid> HeightPyramid::read(const BilinearGrid& grid, ByteReader& 
     Level level = first_level(grid);
     for (;;) {
         level.rise = in.get<double>();
-        level.nodes.resize(static_cast<std::size_t>(level.columns) *
-                           static_cast<std::size_t>(level.rows));
-        for (HeightInterval& node : level.nodes) {
-            node.low = in.get<double>();
-            node.high = in.get<double>();
-        }
+        level.nodes = get_nodes(level.columns, level.rows, in);
         const bool is_last = level.columns == 1 && level.rows == 1;
         pyramid.levels_.push_back(level);
         if (is_last || in.has_failed()) break;
@@ -505,10 +514,7 @@ Result<void> HeightPyramid::write_tiles(SealedWriter& file, ByteWriter& director
     for (const Level& level : levels_) {
         directory.put(level.rise);
         if (level.is_one_tile()) {
-            for (const HeightInterval& node : level.nodes) {
-                directory.put(node.low);
-                directory.put(node.high);
-            }
+            put_nodes(level.nodes, directory);
             continue;
         }
         for (int tile_y = 0; tile_y < Level::tiles_along(level.rows); ++tile_y) {
@@ -535,8 +541,7 @@ Result<void> HeightPyramid::write_tiles(SealedWriter& file, ByteWriter& director
 Result<HeightPyramid> HeightPyramid::read_tiles(const BilinearGrid& grid,
                                                 std::shared_ptr<const SealedReader> file,
                                                 ByteReader& directory) {
-    /// Tiles kept in memory: 32 MB.
-    constexpr std::size_t kMostTiles = 512;
+    constexpr std::size_t kMostTiles = 512;  // kept in memory: 32 MB
     HeightPyramid pyramid;
     pyramid.grid_ = grid;
     pyramid.slope_ = directory.get<double>();
@@ -545,12 +550,7 @@ Result<HeightPyramid> HeightPyramid::read_tiles(const BilinearGrid& grid,
     for (;;) {
         level.rise = directory.get<double>();
         if (level.is_one_tile()) {
-            level.nodes.resize(static_cast<std::size_t>(level.columns) *
-                               static_cast<std::size_t>(level.rows));
-            for (HeightInterval& node : level.nodes) {
-                node.low = directory.get<double>();
-                node.high = directory.get<double>();
-            }
+            level.nodes = get_nodes(level.columns, level.rows, directory);
         } else {
             level.first_tile_row = static_cast<int>(records.size());
             for (int y = 0; y < Level::tiles_along(level.rows); ++y) {

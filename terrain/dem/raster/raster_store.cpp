@@ -313,7 +313,9 @@ Result<std::shared_ptr<const SquareCache::Square>> RasterStore::read_square(int 
             if (!std::isnan(heights[at])) {
                 packed = packing_.pack(heights[at]);
             } else {
-                packed = scan_ ? scan_->no_data() : filled(west + column, south + row);
+                // a raster without nodata that has some now
+                const std::uint32_t unknown = scan_ ? scan_->no_data() : packing_.pack(heights[at]);
+                packed = fill_ ? filled(west + column, south + row) : unknown;
             }
         }
     }

@@ -59,7 +59,7 @@ struct DemSettings {
     /// A damaged or unwritable cache file is not an error: see DemInfo::cache_note.
     DemCache cache = {};
     /// File with what an earlier opening found; "": none. If it is absent, opening writes it, with one more pass.
-    /// Otherwise opening reads it instead of the samples, and the source needs at most about 0.3 GiB for rasters of up
+    /// Otherwise opening reads it instead of the samples, and the source needs at most about 0.5 GiB for rasters of up
     /// to 10^10 samples. Samples are then read by window, in squares of 256 x 256, and compared with their hashes: if
     /// the raster or settings of its numbers have changed, reading fails with bad_data. If sizes or times of its files
     /// have changed, opening compares all samples. A file of another raster or lattice is an invalid_argument. Not used
