@@ -92,7 +92,8 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
                 const std::string& cache, const py::object& cache_folder,
                 const py::object& scan_file, const std::string& height_unit, double height_scale,
                 const std::optional<std::vector<double>>& nodata, const std::string& encoding,
-                double cell, const std::string& projection, std::size_t memory_bytes,
+                double cell, const std::string& projection,
+                const std::optional<std::array<double, 4>>& crop, std::size_t memory_bytes,
                 double read_timeout, const py::object& progress) {
     const Progress watched(progress);
     DemSettings settings;
@@ -112,6 +113,7 @@ Source open_dem(const py::object& path, double finest_spacing, double spacing_to
     settings.encoding = read_choice(encoding, "encoding", kEncodings);
     settings.cell = cell;
     settings.projection = read_choice(projection, "projection", kProjections);
+    settings.crop = crop;
     const std::string name = path_text(path);
     DemInfo info;
     auto source = without_lock([&] { return DemHeights::open(name, settings, &info); });
@@ -405,7 +407,8 @@ Raises OSError (cannot be read), ValueError (bad raster or setting), TimeoutErro
         py::arg("height_unit") = defaults.height_unit,
         py::arg("height_scale") = defaults.height_scale, py::arg("nodata") = py::none(),
         py::arg("encoding") = "automatic", py::arg("cell") = defaults.cell,
-        py::arg("projection") = "own", py::arg("memory_bytes") = defaults.memory_bytes,
+        py::arg("projection") = "own", py::arg("crop") = py::none(),
+        py::arg("memory_bytes") = defaults.memory_bytes,
         py::arg("read_timeout") = defaults.read_timeout, py::arg("progress") = py::none(),
         R"(Opens a raster of heights, in any format that GDAL reads. World (0, 0) is the centre of its outer edges.
 
@@ -423,6 +426,7 @@ encoding         "automatic", "numbers", "terrarium" or "mapbox"
 cell             side of the cells of a raster without georeferencing, metres; 0: 1 m. Or of one that is resampled,
                  because it is rotated or projected; 0: its own
 projection       "own", the plane of the raster's CRS, or "local", the tangent plane at its middle
+crop             west, south, east and north of the part to open, in the raster's CRS; None: the whole raster
 memory_bytes     limit of the memory of opening and of the source
 read_timeout     seconds, > 0
 progress         called with the share that is done, 0 to 1; returning False cancels. What it raises is raised here

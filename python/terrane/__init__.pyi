@@ -48,7 +48,7 @@ def open_dem(
     path: _Path, *, finest_spacing: float = ..., spacing_tolerance: float = ..., detail_seed: Optional[int] = ...,
     detail_roughness: float = ..., cache: str = ..., cache_folder: _Path = ..., scan_file: _Path = ...,
     height_unit: str = ..., height_scale: float = ..., nodata: Optional[Sequence[float]] = ..., encoding: str = ...,
-    cell: float = ..., projection: str = ..., memory_bytes: int = ..., read_timeout: float = ...,
+    cell: float = ..., projection: str = ..., crop: Optional[Sequence[float]] = ..., memory_bytes: int = ..., read_timeout: float = ...,
     progress: Optional[Callable[[float], Optional[bool]]] = ...) -> HeightSource: ...
 
 def open_imagery(

@@ -265,6 +265,8 @@ def _parser() -> argparse.ArgumentParser:
     add("--encoding", choices=["numbers", "terrarium", "mapbox"], help="how the bands encode heights")
     add("--cell-m", type=above_0, metavar="X", help="side of the cells of a raster without georeferencing, or of one that is resampled, metres")
     add("--project", choices=["none", "local"], help="'local': the world is the tangent plane at the raster's middle")
+    add("--crop", type=_checked("four numbers W,S,E,N", _numbers, lambda v: len(v) == 4), metavar="W,S,E,N",
+        help="rectangle to which the raster is cropped, in the units of its CRS")
     add("--dem-memory-mb", type=above_0, default=2048.0, metavar="N", help="most memory of the raster in each process, MiB; 2048 unless said")
     add("--cache", metavar="DIR", help="where the bounds of the raster are kept, so that it opens faster the next time: a folder, "
         "'beside' the raster, or 'off'; without it the user's cache folder")
@@ -279,7 +281,7 @@ def _dem_settings(options: argparse.Namespace) -> dict:
     if options.nodata is not None:
         dem["nodata"] = tuple(options.nodata)
     for name, value in (("height_unit", options.height_unit), ("height_scale", options.height_scale), ("cell", options.cell_m),
-                        ("encoding", options.encoding)):
+                        ("encoding", options.encoding), ("crop", options.crop)):
         if value is not None:
             dem[name] = value
     if options.project == "local":

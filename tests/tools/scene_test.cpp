@@ -118,6 +118,8 @@ TEST(ParseScene, RefusesUnknownKeysAndWrongValuesByName) {
              {R"({"dem":"a.tif","nodata":["x"]})", "nodata"},
              {R"({"dem":"a.tif","encoding":"rgb"})", "terrarium or mapbox, got \"rgb\""},
              {R"({"dem":"a.tif","cell_m":-1})", "cell_m"},
+             {R"({"dem":"a.tif","crop":[1,2,1,3]})", "crop must be west,south,east,north"},
+             {R"({"dem":"a.tif","crop":"all"})", "crop must be west,south,east,north"},
              {R"({"seed":)" + std::string(100'000, '['), "deeper than 64"},
              {R"({"seed":)" + std::string(60, '[') + std::string(60, ']') + "}", "[[[..."},
              {R"({"seed":")" + std::string(55, 'a') + "\u00fc\u00fc\u00fc\"}", "a..."},

@@ -32,10 +32,9 @@ constexpr EncodingName kEncodings[] = {{"numbers", HeightEncoding::numbers},
 constexpr std::string_view kProjections[] = {"none", "local"};
 constexpr DemProjection kProjectionOf[] = {DemProjection::own, DemProjection::local};
 
-/// Parses "none" or "A,B,C"; absent for anything else.
-std::optional<std::vector<double>> parse_nodata(const std::string& text) {
+/// Parses "A,B,C"; absent for anything else.
+std::optional<std::vector<double>> parse_numbers(const std::string& text) {
     std::vector<double> values;
-    if (text == "none") return values;
     const std::optional<std::vector<std::string>> items = parse_list(text);
     if (!items) return std::nullopt;
     for (const std::string& item : *items) {
@@ -46,13 +45,35 @@ std::optional<std::vector<double>> parse_nodata(const std::string& text) {
     return values;
 }
 
+/// An array of numbers; absent for anything else.
+std::optional<std::vector<double>> numbers_of(const Json& value) {
+    const auto is_number = [](const Json& each) { return each.is_number(); };
+    if (!value.is_array() || !std::ranges::all_of(value, is_number)) return std::nullopt;
+    return value.get<std::vector<double>>();
+}
+
+/// Parses "none" or "A,B,C"; absent for anything else.
+std::optional<std::vector<double>> parse_nodata(const std::string& text) {
+    if (text == "none") return std::vector<double>();
+    return parse_numbers(text);
+}
+
 /// The same for a key of a scene: "none", a number or an array of numbers.
 std::optional<std::vector<double>> nodata_of(const Json& value) {
     if (value == "none") return std::vector<double>();
-    const auto is_number = [](const Json& each) { return each.is_number(); };
     if (value.is_number()) return std::vector<double>{value.get<double>()};
-    if (!value.is_array() || !std::ranges::all_of(value, is_number)) return std::nullopt;
-    return value.get<std::vector<double>>();
+    return numbers_of(value);
+}
+
+constexpr const char* kCropText =
+    "west,south,east,north with west below east and south below north";
+
+/// Absent if the numbers are no rectangle: see kCropText.
+std::optional<std::array<double, 4>> crop_of(const std::vector<double>& numbers) {
+    if (numbers.size() != 4) return std::nullopt;
+    const std::array<double, 4> crop{numbers[0], numbers[1], numbers[2], numbers[3]};
+    if (!(crop[0] < crop[2] && crop[1] < crop[3])) return std::nullopt;
+    return crop;
 }
 
 std::optional<HeightEncoding> encoding_of(const Json& value) {
@@ -84,10 +105,10 @@ bool is_not_0(double value) { return value != 0.0; }
 }  // namespace
 
 const char* const kRasterFlags =
-    "--height-unit, --height-scale, --nodata, --encoding, --cell-m and --project";
+    "--height-unit, --height-scale, --nodata, --encoding, --cell-m, --project and --crop";
 
 bool RasterOptions::is_empty() const {
-    return !height_unit && !height_scale && !nodata && !encoding && !cell_m && !project;
+    return !height_unit && !height_scale && !nodata && !encoding && !cell_m && !project && !crop;
 }
 
 void RasterOptions::override_by(const RasterOptions& other) {
@@ -97,6 +118,7 @@ void RasterOptions::override_by(const RasterOptions& other) {
     if (other.encoding) encoding = other.encoding;
     if (other.cell_m) cell_m = other.cell_m;
     if (other.project) project = other.project;
+    if (other.crop) crop = other.crop;
 }
 
 void RasterOptions::apply(DemSettings& settings_out) const {
@@ -106,6 +128,7 @@ void RasterOptions::apply(DemSettings& settings_out) const {
     settings_out.encoding = encoding.value_or(settings_out.encoding);
     settings_out.cell = cell_m.value_or(settings_out.cell);
     settings_out.projection = project.value_or(settings_out.projection);
+    settings_out.crop = crop;
 }
 
 void add_raster_options(CLI::App& app, RasterOptions& options) {
@@ -157,6 +180,20 @@ void add_raster_options(CLI::App& app, RasterOptions& options) {
         "none unless said: that of its CRS")
         ->default_str("")
         ->group("Terrain");
+    app.add_option_function<std::string>(
+           "--crop",
+           [&options](const std::string& text) {
+               const std::optional<std::vector<double>> numbers = parse_numbers(text);
+               if (numbers) options.crop = crop_of(*numbers);
+               if (options.crop) return;
+               throw CLI::ValidationError(
+                   "--crop", fmt::format("must be {}, got '{:.120}'", kCropText, text));
+           },
+           "Rectangle to which a raster is cropped, in the units of its CRS (without "
+           "georeferencing: "
+           "metres from its south-west corner); other samples are not read")
+        ->type_name("W,S,E,N")
+        ->group("Terrain");
 }
 
 Parsed<bool> read_raster_key(const std::string& key, const Json& value,
@@ -182,6 +219,10 @@ Parsed<bool> read_raster_key(const std::string& key, const Json& value,
             kProjections, [&value](std::string_view name) { return value == name; });
         if (found == std::end(kProjections)) return wrong("none or local");
         options_out.project = kProjectionOf[found - std::begin(kProjections)];
+    } else if (key == "crop") {
+        const std::optional<std::vector<double>> numbers = numbers_of(value);
+        if (numbers) options_out.crop = crop_of(*numbers);
+        if (!options_out.crop) return wrong(kCropText);
     } else {
         return false;
     }

@@ -5,6 +5,7 @@
 
 #include <terrane/dem/dem_heights.h>
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,8 +17,8 @@ class App;
 
 namespace terrane::tools {
 
-/// What a raster means where its file does not say it, and the plane of its world: flags, or keys of a scene with the
-/// same names. The fields are those of DemSettings; absent: the file's.
+/// What a raster means where its file does not say it, the plane of its world, and its crop: flags, or keys of a scene
+/// with the same names. The fields are those of DemSettings; absent: the file's.
 struct RasterOptions {
     std::optional<std::string> height_unit;
     std::optional<double> height_scale;
@@ -25,6 +26,7 @@ struct RasterOptions {
     std::optional<HeightEncoding> encoding;
     std::optional<double> cell_m;
     std::optional<DemProjection> project;
+    std::optional<std::array<double, 4>> crop;
 
     bool is_empty() const;
     /// Replaces these options by the given ones of `other`.
@@ -32,7 +34,7 @@ struct RasterOptions {
     void apply(DemSettings& settings_out) const;
 };
 
-/// The flags, for messages: "--height-unit, ..., --cell-m and --project".
+/// The flags, for messages: "--height-unit, ..., --project and --crop".
 extern const char* const kRasterFlags;
 
 /// Adds the flags. `options` must outlive the app's parse().

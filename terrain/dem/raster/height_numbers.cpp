@@ -405,8 +405,20 @@ Result<NumberReading> number_reading(const DemSettings& settings) {
     if (!(settings.cell >= 0.0) || !std::isfinite(settings.cell)) {
         return out_of_range("cell must be 0 or above, got " + number_text(settings.cell));
     }
+    if (settings.crop) {
+        const auto& [west, south, east, north] = *settings.crop;
+        const bool is_finite =
+            std::ranges::all_of(*settings.crop, [](double value) { return std::isfinite(value); });
+        if (!is_finite || !(west < east) || !(south < north)) {
+            return out_of_range(
+                "crop must be west,south,east,north with west below east and "
+                "south below north, got " +
+                crop_text(*settings.crop));
+        }
+    }
     return NumberReading{settings.height_unit, settings.height_scale, settings.nodata,
-                         settings.encoding,    settings.cell,         settings.projection};
+                         settings.encoding,    settings.cell,         settings.projection,
+                         settings.crop};
 }
 
 Result<BandNumbers> read_meaning(const std::string& raster, GDALDataset& dataset,
@@ -452,6 +464,15 @@ Result<BandNumbers> read_meaning(const std::string& raster, GDALDataset& dataset
     meaning.nodata_scale = meaning.is_encoded() ? metres : meaning.scale;
     meaning.nodata_offset = meaning.is_encoded() ? 0.0 : meaning.offset;
     return meaning;
+}
+
+std::string crop_text(const std::array<double, 4>& crop) {
+    std::string text;
+    for (const double side : crop) {
+        if (!text.empty()) text += ',';
+        text += exact_text(side);
+    }
+    return text;
 }
 
 std::vector<int> bands_by_colour(GDALDataset& dataset) {

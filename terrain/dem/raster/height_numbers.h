@@ -28,6 +28,7 @@ struct NumberReading {
     HeightEncoding encoding = HeightEncoding::automatic;
     double cell = 0.0;
     DemProjection projection = DemProjection::own;
+    std::optional<std::array<double, 4>> crop = {};
 };
 
 /// Fails: invalid_argument for settings out of range
@@ -106,5 +107,8 @@ double number_of(double height, double scale, double offset);
 
 /// A number with as many digits as it needs, in the C locale.
 std::string exact_text(double value);
+
+/// West, south, east and north, separated by commas.
+std::string crop_text(const std::array<double, 4>& crop);
 
 }  // namespace terrane::internal

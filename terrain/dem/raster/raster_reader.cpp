@@ -61,6 +61,22 @@ void clear_rounding(std::array<double, 6>& transform) {
     }
 }
 
+/// The smallest rectangle around a transformed one: smallest x and y, largest x and y.
+std::array<double, 4> rect_around(const std::array<double, 4>& rect,
+                                  const std::array<double, 6>& transform) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    std::array<double, 4> around{kInfinity, kInfinity, -kInfinity, -kInfinity};
+    for (const double x : {rect[0], rect[2]}) {
+        for (const double y : {rect[1], rect[3]}) {
+            const double to_x = transform[0] + transform[1] * x + transform[2] * y;
+            const double to_y = transform[3] + transform[4] * x + transform[5] * y;
+            around = {std::min(around[0], to_x), std::min(around[1], to_y),
+                      std::max(around[2], to_x), std::max(around[3], to_y)};
+        }
+    }
+    return around;
+}
+
 }  // namespace
 
 QuietGdal::QuietGdal() {
@@ -88,7 +104,11 @@ void RasterReader::CloseDataset::operator()(GDALDataset* dataset) const {
     GDALClose(GDALDataset::ToHandle(dataset));
 }
 
-RasterReader::~RasterReader() { warped_.reset(); }
+// Closes views before the datasets that they read.
+RasterReader::~RasterReader() {
+    warped_.reset();
+    file_.reset();
+}
 
 Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path,
                                                          RasterNumbers numbers,
@@ -121,6 +141,7 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
     }
     TERRANE_TRY(reader->meaning_,
                 read_meaning(path, *reader->file_, numbers, reading, reader->info_));
+    if (reading.crop) TERRANE_TRY(reader->crop());
     TERRANE_TRY(reader->straighten());
     TERRANE_TRY(reader->find_place());
     return reader;
@@ -129,7 +150,7 @@ Result<std::unique_ptr<RasterReader>> RasterReader::open(const std::string& path
 std::string RasterReader::file_versions() const {
     const std::lock_guard lock(mutex_);
     const QuietGdal quiet;
-    char** const files = file_->GetFileList();
+    char** const files = (whole_ ? *whole_ : *file_).GetFileList();
     std::vector<std::string> versions;
     for (char** file = files; file != nullptr && *file != nullptr; ++file) {
         VSIStatBufL status;
@@ -202,6 +223,65 @@ Result<void> RasterReader::check_placement() {
     if (!assumed.empty()) {
         info_.notes.push_back(name + " has no georeferencing: " + assumed + " are assumed");
     }
+    return {};
+}
+
+Result<void> RasterReader::crop() {
+    const QuietGdal quiet;
+    const std::string name = named_raster(path_);
+    const std::array<double, 4>& crop = *reading_.crop;
+    const double columns = file_->GetRasterXSize(), rows = file_->GetRasterYSize();
+    std::optional<std::array<double, 6>> crs_from_pixel = geotransform_of(*file_);
+    if (!crs_from_pixel && file_->GetGCPCount() > 0) {
+        return fail(ErrorCode::bad_data, name +
+                                             " has ground control points, so that it cannot be "
+                                             "cropped: straighten it first, with gdalwarp for "
+                                             "example");
+    }
+    if (crs_from_pixel) {
+        TERRANE_TRY(check_geotransform(path_, *crs_from_pixel));
+        clear_rounding(*crs_from_pixel);
+    } else {
+        const double side = reading_.cell > 0.0 ? reading_.cell : 1.0;
+        crs_from_pixel = {0.0, side, 0.0, rows * side, 0.0, -side};
+    }
+    std::array<double, 6> pixel_from_crs{};
+    if (GDALInvGeoTransform(crs_from_pixel->data(), pixel_from_crs.data()) == 0) {
+        return fail(ErrorCode::bad_data, name + " has cells without area");
+    }
+    const std::array<double, 4> pixels = rect_around(crop, pixel_from_crs);
+    if (!(pixels[0] < columns && pixels[1] < rows && pixels[2] > 0.0 && pixels[3] > 0.0)) {
+        const std::array<double, 4> all = rect_around({0.0, 0.0, columns, rows}, *crs_from_pixel);
+        return fail(ErrorCode::bad_data, "crop " + crop_text(crop) + " is outside " + name +
+                                             ", which extends over " + crop_text(all));
+    }
+    // A sample is in the middle of its pixel. Numbers of pixels have rounding errors.
+    constexpr double kRounding = 1e-6;
+    const auto first_below = [](double pixel, double count) {
+        return std::clamp(std::floor(pixel - 0.5 + kRounding), 0.0, count);
+    };
+    const auto end_above = [](double pixel, double count) {
+        return std::clamp(std::ceil(pixel - 0.5 - kRounding) + 1.0, 0.0, count);
+    };
+    const double column = first_below(pixels[0], columns), row = first_below(pixels[1], rows);
+    std::vector<std::string> words = {"-of", "VRT", "-srcwin"};
+    for (const double number :
+         {column, row, end_above(pixels[2], columns) - column, end_above(pixels[3], rows) - row}) {
+        words.push_back(std::to_string(static_cast<std::int64_t>(number)));
+    }
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    GDALTranslateOptions* options = GDALTranslateOptionsNew(arguments.data(), nullptr);
+    int usage_error = 0;
+    GDALDatasetH view =
+        GDALTranslate("", GDALDataset::ToHandle(file_.get()), options, &usage_error);
+    GDALTranslateOptionsFree(options);
+    if (view == nullptr) {
+        return fail(ErrorCode::io, "cannot crop " + name + ": " + quiet.message());
+    }
+    whole_ = std::move(file_);
+    file_.reset(GDALDataset::FromHandle(view));
     return {};
 }
 

@@ -139,6 +139,8 @@ private:
     };
 
     RasterReader() = default;
+    /// Replaces the file by GDAL's cropped view of it.
+    Result<void> crop();
     Result<void> find_place();
     Result<void> choose_plane(const OGRSpatialReference& crs, const CrsRect& rect);
     Result<void> straighten();
@@ -154,8 +156,10 @@ private:
     NumberReading reading_;
     BandNumbers meaning_;
     DemInfo info_;
+    std::unique_ptr<GDALDataset, CloseDataset>
+        whole_;  ///< of which file_ is a cropped view; null: file_ is the file
     std::unique_ptr<GDALDataset, CloseDataset> file_;
-    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< view of file_; closed before it
+    std::unique_ptr<GDALDataset, CloseDataset> warped_;  ///< view of file_
     GDALRasterBand* band_ = nullptr;
     GDALRasterBand* mask_ = nullptr;  ///< null: every sample is valid
     /// From raster coordinates to the CRS; absent: no georeferencing.

@@ -88,6 +88,12 @@ class Info(Folder):
         self.assertEqual(run_json("info", "--scene", self.scene(dem="voids.asc", **keys), "--height-unit", "m")["min_m"], 200)
         self.assertEqual(run_json("info", "--dem", raster, "--nodata", "none")["min_m"], -32768)
         self.assert_refused(run("info", "--dem", raster, "--cell-m", 5), [1], "voids.asc", "--cell-m")
+        corner = "0,0,3,4"  # metres from the south-west corner of a raster without georeferencing
+        self.assertEqual(run_json("info", "--dem", self.picture(), "--crop", corner)["samples"], [4, 5])
+        self.assertEqual(run_json("info", "--scene", self.scene(dem="grey.png", crop=[0, 0, 3, 4]))["samples"], [4, 5])
+        self.assert_refused(run("info", "--dem", self.picture(), "--crop", "0,0,3"), [2], "--crop", "west,south,east,north", "'0,0,3'")
+        self.assert_refused(run("info", "--dem", self.picture(), "--crop", "9,9,12,12"), [1], "grey.png", "extends over 0,0,8,8")
+        self.assert_refused(run("info", "--seed", 1, "--crop", corner), [2], "--crop go with a raster")
         done = run("info", "--dem", self.picture())
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
         self.assertIn("cells of 1 m (--cell-m) and numbers in metres (--height-scale) are assumed", done.stderr)

@@ -3,6 +3,7 @@
 
 #include <terrane/terrain/height_source.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -83,6 +84,10 @@ struct DemSettings {
     double cell = 0.0;
     /// The plane of the world.
     DemProjection projection = DemProjection::own;
+    /// Rectangle to which the raster is cropped, in its CRS: west, south, east and north; without georeferencing,
+    /// metres from the raster's south-west corner. The samples inside and the nearest ones outside are opened as if the
+    /// file had no others, and others are not read. Parts of it beyond the raster are left out. Absent: no crop.
+    std::optional<std::array<double, 4>> crop = {};
 
     /// Memory limit for opening the raster and for the source, bytes; rasters that need more are refused before they
     /// are read. A raster needs about 200 MiB, 1 byte per sample, and 4 more bytes per sample (128 MiB if it has over
@@ -165,9 +170,10 @@ public:
     /// Fails: io if it cannot be opened or read, and for pipes and devices; bad_data for a raster with fewer than 2 x 2
     ///        samples or no valid one, a sample beyond kMostHeight (the message gives its position), undeclared nodata
     ///        (DemSettings::nodata), colours, an unknown unit, several subdatasets, complex numbers,
-    ///        cells without area or more than 32 times as long as wide, and a geographic raster that extends beyond a
-    ///        pole or has a scale_error above 9; for DemProjection::local, a raster without a place on the Earth, one
-    ///        that extends more than 60 degrees from its middle, and slopes that overhang in the plane;
+    ///        cells without area or more than 32 times as long as wide, a crop outside the raster or with fewer than
+    ///        2 x 2 samples, and a geographic raster that extends beyond a pole or has a scale_error above 9;
+    ///        for DemProjection::local, a raster without a place on the Earth, one that extends more than 60 degrees
+    ///        from its middle, and slopes that overhang in the plane;
     ///        invalid_argument for settings out of range; out_of_memory above memory_bytes, or if the system has less;
     ///        timed_out after read_timeout; cancelled by `progress`. The message names the file.
     /// Cost:  linear in the samples. If cells are not square, also in the ratio of a cell's longer side to its shorter
