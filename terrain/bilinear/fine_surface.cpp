@@ -1,313 +1,12 @@
 // SPDX-License-Identifier: MIT
-//
-// Sources: P. Lindstrom, V. Pascucci, Terrain Simplification Simplified: A General Framework for
-//          View-Dependent Out-of-Core Visualization, IEEE TVCG 8(3), 2002: nested bounds over the
-//          4-8 mesh.
-// Deviations: the bound of a vertex is the deviation of the surface itself from the vertex's two triangles, found over
-//          all lattice points in them, instead of the height differences of single splits.
 #include "bilinear/fine_surface.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
-#include <numeric>
 #include <utility>
 
 namespace terrane::internal {
-namespace {
-
-/// Longest leg of a triangle, in cells.
-constexpr int kMaxLeg = 128;
-
-/// Range of surface minus plane over a triangle.
-///
-/// In a cell inside the triangle, a bilinear surface minus a plane is extreme at the corners. In a cell that the
-/// hypotenuse cuts from corner to corner, it is extreme at the three corners inside, or on the hypotenuse, where it is
-/// a parabola.
-void add_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
-    if (window.kinked) {
-        window.kinked->add_triangle(t, range);
-        return;
-    }
-    const double slope_x = (t.at_x_end - t.at_corner) / t.leg;
-    const double slope_y = (t.at_y_end - t.at_corner) / t.leg;
-    const double* corner = window.heights.data() + window.at(t.x, t.y);
-    const std::ptrdiff_t stride_y = static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
-
-    // Over equal rows, a plane that is level along y leaves the same differences in every row. The hypotenuse adds
-    // nothing to them: as 2 a is a number, a + b is rounded by at most |b - a|, so that its bow is at most its rise.
-    if (slope_y == 0.0 && window.has_equal_rows(std::min(t.y, t.y + t.sign_y * t.leg),
-                                                std::max(t.y, t.y + t.sign_y * t.leg))) {
-        for (int i = 0; i <= t.leg; ++i) {
-            range.add(corner[i * t.sign_x] - (t.at_corner + i * slope_x));
-        }
-        return;
-    }
-    if (slope_x == 0.0 && window.has_equal_columns(std::min(t.x, t.x + t.sign_x * t.leg),
-                                                   std::max(t.x, t.x + t.sign_x * t.leg))) {
-        for (int j = 0; j <= t.leg; ++j) {
-            range.add(corner[j * stride_y] - (t.at_corner + j * slope_y));
-        }
-        return;
-    }
-
-    // Two rows of differences; not initialised, because most triangles are small.
-    std::array<double, kMaxLeg + 2> first_row, second_row;
-    double* here = first_row.data();
-    double* above = second_row.data();
-    const auto differences = [&](int j, int count, double* out) {
-        const double* row = corner + j * stride_y;
-        const double base = t.at_corner + j * slope_y;
-        for (int i = 0; i < count; ++i) out[i] = row[i * t.sign_x] - (base + i * slope_x);
-    };
-    differences(0, t.leg + 1, here);
-    Range odd;  // of every other difference: the processor then compares two at a time
-    for (int j = 0; j < t.leg; ++j) {
-        const int whole = t.leg - 1 - j;  // cells of this row before the cut one
-        differences(j + 1, whole + 2, above);
-        Range cut;
-        cut.add(here[whole]);
-        cut.add(here[whole + 1]);
-        cut.add(above[whole]);
-        const double bow = here[whole] + above[whole + 1] - here[whole + 1] - above[whole];
-        const double across = above[whole] - here[whole + 1];
-        if (std::fabs(across) < std::fabs(bow)) {
-            cut.add(0.5 * (here[whole + 1] + above[whole]) + 0.25 * bow +
-                    across * across / (4.0 * bow));
-        }
-        range.add(cut);
-        int i = 0;
-        for (; i + 1 < whole; i += 2) {
-            range.add(here[i]);
-            odd.add(here[i + 1]);
-        }
-        if (i < whole) range.add(here[i]);
-        std::swap(here, above);
-    }
-    range.add(here[0]);
-    range.add(odd);
-}
-
-/// The same for legs of one cell, the most frequent case: the surface can deviate only at the right-angled corner and
-/// on the hypotenuse, there by a quarter of the cell's twist.
-void add_small_triangle(const DiamondWindow& window, const RightTriangle& t, Range& range) {
-    const double* corner = window.heights.data() + window.at(t.x, t.y);
-    const double* beyond = corner + static_cast<std::ptrdiff_t>(t.sign_y) * window.columns;
-    const double difference = *corner - t.at_corner;
-    const double bow = 0.25 * (*corner + beyond[t.sign_x] - t.at_x_end - t.at_y_end);
-    range.add(std::min(0.0, std::min(difference, bow)));
-    range.add(std::max(0.0, std::max(difference, bow)));
-}
-
-/// Whether the square of side n at a point is cut from south-west to north-east.
-bool is_cut_north_east(const DiamondWindow& window, int x, int y, int n) {
-    // Exact: the corners of squares are multiples of their side.
-    return (((window.first_x + x) / n + (window.first_y + y) / n) & 1) == 0;
-}
-
-/// Largest deviation over the two triangles that share the edge from (x - n, y) to (x + n, y), or from (x, y - n) to
-/// (x, y + n), evaluated as four right triangles around its midpoint.
-float edge_deviation(const DiamondWindow& window, int x, int y, int n, bool along_x) {
-    const auto height = [&](int i, int j) { return window.heights[window.at(i, j)]; };
-    const double west = height(x - n, y), east = height(x + n, y);
-    const double south = height(x, y - n), north = height(x, y + n);
-    const double middle = along_x ? 0.5 * (west + east) : 0.5 * (south + north);
-    const std::array<RightTriangle, 4> quarters{{{x, y, 1, 1, n, middle, east, north},
-                                                 {x, y, -1, 1, n, middle, west, north},
-                                                 {x, y, -1, -1, n, middle, west, south},
-                                                 {x, y, 1, -1, n, middle, east, south}}};
-    // Over equal rows the southern quarters mirror the northern ones; over equal columns the western ones, the eastern.
-    const bool is_northern_enough = window.has_equal_rows(y - n, y + n);
-    const bool is_eastern_enough = window.has_equal_columns(x - n, x + n);
-    Range range;
-    for (const RightTriangle& quarter : quarters) {
-        if ((is_northern_enough && quarter.sign_y < 0) || (is_eastern_enough && quarter.sign_x < 0))
-            continue;
-        if (n == 1 && !window.kinked) {
-            add_small_triangle(window, quarter, range);
-        } else {
-            add_triangle(window, quarter, range);
-        }
-    }
-    return round_outward(range.deviation());
-}
-
-float largest_around(const DiamondWindow& window, int x, int y, int n) {
-    if (n > 1) {
-        const int half = n / 2;
-        return std::max(std::max(window.bounds[window.at(x - half, y - half)],
-                                 window.bounds[window.at(x + half, y - half)]),
-                        std::max(window.bounds[window.at(x - half, y + half)],
-                                 window.bounds[window.at(x + half, y + half)]));
-    }
-    if (window.middle_bounds.empty()) return 0.0f;
-    return std::max(std::max(window.middle_bounds[window.cell_at(x - 1, y - 1)],
-                             window.middle_bounds[window.cell_at(x, y - 1)]),
-                    std::max(window.middle_bounds[window.cell_at(x - 1, y)],
-                             window.middle_bounds[window.cell_at(x, y)]));
-}
-
-/// The smallest window coordinate >= n whose lattice index is an even multiple of n, or with `odd` an odd one.
-int first_multiple(std::int64_t first_index, int n, bool odd) {
-    const std::int64_t side = 2 * static_cast<std::int64_t>(n);
-    const std::int64_t wanted = odd ? n : 0;
-    const std::int64_t rest = (first_index + n - wanted) % side;
-    return n + static_cast<int>(rest == 0 ? 0 : (rest > 0 ? side - rest : -rest));
-}
-
-}  // namespace
-
-float round_outward(double deviation) {
-    if (!(deviation > 0.0)) return 0.0f;
-    constexpr double kRounding = 1e-9;
-    const double wanted = deviation + kRounding;
-    const float nearest = static_cast<float>(wanted);
-    if (static_cast<double>(nearest) >= wanted) return nearest;
-    // The next larger float.
-    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(nearest) + 1u);
-}
-
-float cell_deviation(const DiamondWindow& window, int x, int y, int n) {
-    const auto height = [&](int i, int j) { return window.heights[window.at(i, j)]; };
-    const double south_west = height(x, y), south_east = height(x + n, y);
-    const double north_west = height(x, y + n), north_east = height(x + n, y + n);
-    if (n == 1 && !window.kinked) {
-        return round_outward(0.25 * std::fabs(south_west - south_east - north_west + north_east));
-    }
-    Range range;
-    if (is_cut_north_east(window, x, y, n)) {
-        add_triangle(window, {x + n, y, -1, 1, n, south_east, south_west, north_east}, range);
-        add_triangle(window, {x, y + n, 1, -1, n, north_west, north_east, south_west}, range);
-    } else {
-        add_triangle(window, {x, y, 1, 1, n, south_west, south_east, north_west}, range);
-        add_triangle(window, {x + n, y + n, -1, -1, n, north_east, north_west, south_east}, range);
-    }
-    return round_outward(range.deviation());
-}
-
-void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Range& range) {
-    if (window.kinked) {
-        window.kinked->add_part(t, range);
-    } else {
-        add_triangle(window, t, range);
-    }
-}
-
-void add_square(const DiamondWindow& window, int x, int y, int n, double at_corner, double at_x_end,
-                double at_y_end, Range& range) {
-    if (window.kinked) {
-        window.kinked->add_square(x, y, n, at_corner, at_x_end, at_y_end, range);
-        return;
-    }
-    const double slope_x = (at_x_end - at_corner) / n, slope_y = (at_y_end - at_corner) / n;
-    for (int j = 0; j <= n; ++j) {
-        const double* row = window.heights.data() + window.at(x, y + j);
-        const double base = at_corner + j * slope_y;
-        for (int i = 0; i <= n; ++i) range.add(row[i] - (base + i * slope_x));
-    }
-}
-
-HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n) {
-    if (window.kinked) {
-        const Range range = window.kinked->bilinear_deviation(x, y, n);
-        return {range.low, range.high};
-    }
-    const auto height = [&](int i, int j) { return window.heights[window.at(i, j)]; };
-    const double south_west = height(x, y), south_east = height(x + n, y);
-    const double north_west = height(x, y + n), north_east = height(x + n, y + n);
-    const auto difference = [&](int i, int j) {
-        const double fx = static_cast<double>(i) / n, fy = static_cast<double>(j) / n;
-        const double south = south_west + fx * (south_east - south_west);
-        const double north = north_west + fx * (north_east - north_west);
-        return height(x + i, y + j) - (south + fy * (north - south));
-    };
-    Range range;
-    for (int j = 0; j <= n; ++j) {
-        for (int i = 0; i <= n; ++i) range.add(difference(i, j));
-    }
-    return {range.low, range.high};
-}
-
-void DiamondWindow::find_runs() {
-    const auto width = static_cast<std::size_t>(columns);
-    const double* row = heights.data();
-    row_runs.assign(static_cast<std::size_t>(rows), 0);
-    for (std::size_t y = 1; y < row_runs.size(); ++y, row += width) {
-        const bool is_equal = std::memcmp(row, row + width, width * sizeof(double)) == 0;
-        row_runs[y] = is_equal ? row_runs[y - 1] : static_cast<int>(y);
-    }
-    // The columns that equal their western neighbours in all rows so far.
-    std::vector<int> equal(width - 1);
-    std::iota(equal.begin(), equal.end(), 1);
-    row = heights.data();
-    for (int y = 0; y < rows && !equal.empty(); ++y, row += width) {
-        if (y > 0 && row_runs[static_cast<std::size_t>(y)] < y) continue;
-        std::erase_if(equal, [row](int x) { return row[x] != row[x - 1]; });
-    }
-    column_runs.resize(width);
-    std::iota(column_runs.begin(), column_runs.end(), 0);
-    for (const int x : equal) {
-        column_runs[static_cast<std::size_t>(x)] = column_runs[static_cast<std::size_t>(x) - 1];
-    }
-}
-
-// A vertex's own deviation is that of its neighbour of the same kind, 2 n away, if the rows (or columns) around both
-// are equal: the same heights enter the same operations. This includes cells, although neighbours are cut along
-// different diagonals. Over equal rows both planes of a cell are level along y; one starts from the eastern corner, the
-// other one from the western corner, whichever diagonal divides them. Where the rows around the descendants of both are
-// equal too, up to 3 n away, so are their bounds.
-void compute_bounds(DiamondWindow& window, int last_n) {
-    window.bounds.resize(window.heights.size(), 0.0f);
-    std::vector<float> deviations(static_cast<std::size_t>(window.columns));
-    const auto for_each_vertex = [&](int n, bool odd_x, bool odd_y, auto&& deviation_at,
-                                     auto&& below_at) {
-        const int first_x = first_multiple(window.first_x, n, odd_x);
-        const int first_y = first_multiple(window.first_y, n, odd_y);
-        for (int y = first_y; y + n < window.rows; y += 2 * n) {
-            const bool repeats_row = y > first_y && window.has_equal_rows(y - 3 * n, y + n);
-            const bool repeats_bounds = y >= 5 * n && y + 3 * n < window.rows &&
-                                        window.has_equal_rows(y - 5 * n, y + 3 * n);
-            for (int x = first_x; x + n < window.columns; x += 2 * n) {
-                float& bound = window.bounds[window.at(x, y)];
-                if (repeats_bounds) {
-                    bound = window.bounds[window.at(x, y - 2 * n)];
-                    continue;
-                }
-                float& deviation = deviations[static_cast<std::size_t>(x)];
-                if (!repeats_row) {
-                    deviation = x > first_x && window.has_equal_columns(x - 3 * n, x + n)
-                                    ? deviations[static_cast<std::size_t>(x - 2 * n)]
-                                    : deviation_at(x, y);
-                }
-                bound = std::max(deviation, below_at(x, y));
-            }
-        }
-    };
-    for (int n = 1; n <= last_n; n *= 2) {
-        if (window.kinked) {
-            window.kinked->keep_diagonals(n);
-            window.kinked->keep_diagonals(2 * n);
-        }
-        // Midpoints first: they are the centres' children.
-        for (const bool along_x : {true, false}) {
-            for_each_vertex(
-                n, along_x, !along_x,
-                [&](int x, int y) { return edge_deviation(window, x, y, n, along_x); },
-                [&](int x, int y) { return largest_around(window, x, y, n); });
-        }
-        for_each_vertex(
-            n, true, true,
-            [&](int x, int y) { return cell_deviation(window, x - n, y - n, 2 * n); },
-            [&](int x, int y) {
-                return std::max(std::max(window.bounds[window.at(x - n, y)],
-                                         window.bounds[window.at(x + n, y)]),
-                                std::max(window.bounds[window.at(x, y - n)],
-                                         window.bounds[window.at(x, y + n)]));
-            });
-    }
-}
 
 std::vector<SamplePlace> FineSurface::places(std::int64_t first, std::int64_t step, int count,
                                              bool along_x) const {
@@ -370,6 +69,8 @@ void FineSurface::sample(const RasterPatch& patch, const SampleGrid& grid,
     const auto [south, north] = distinct_places(rows, grid_.rows);
     const std::size_t width = columns.size();
     const auto line = [&](std::size_t y) { return heights_out.data() + y * width; };
+    const bool is_at_samples = grid_.aligned && grid.step % grid_.base_step() == 0 &&
+                               columns.front().fraction == 0.0 && rows.front().fraction == 0.0;
     for (std::size_t y = south; y < north; ++y) {
         const SamplePlace& v = rows[y];
         const double* below = patch.samples.data() + (v.index - patch.row) * patch.columns;
@@ -378,8 +79,9 @@ void FineSurface::sample(const RasterPatch& patch, const SampleGrid& grid,
         for (std::size_t x = west; x < east; ++x) {
             const SamplePlace& u = columns[x];
             const std::ptrdiff_t i = u.index - patch.column;
-            out[x] =
-                bilinear(below[i], below[i + 1], above[i], above[i + 1], u.fraction, v.fraction);
+            out[x] = is_at_samples ? below[i]
+                                   : bilinear(below[i], below[i + 1], above[i], above[i + 1],
+                                              u.fraction, v.fraction);
         }
         std::fill(out, out + west, out[west]);
         std::fill(out + east, out + width, out[east - 1]);
@@ -611,6 +313,7 @@ Result<void> FineSurface::window_bounds(const SampleGrid& grid, std::span<float>
                            (grid.columns - 1) * n + 2 * apron + 1,
                            (rows - 1) * n + 2 * apron + 1}));
         compute_bounds(window, n);
+        DeviationRows deviations(window);
         for (int row = 0; row < rows; ++row) {
             const int y = apron + row * n;
             for (int column = 0; column < grid.columns; ++column) {
@@ -620,9 +323,9 @@ Result<void> FineSurface::window_bounds(const SampleGrid& grid, std::span<float>
                     is_coarser ? 0.0f : window.bounds[window.at(apron + column * n, y)];
             }
             if (cell_bounds_out.empty() || first + row + 1 == grid.rows) continue;
-            for (int column = 0; column + 1 < grid.columns; ++column) {
-                cell_bounds_out[cell++] = cell_deviation(window, apron + column * n, y, n);
-            }
+            const std::size_t cells = static_cast<std::size_t>(grid.columns - 1);
+            deviations.squares(apron, y, n, cell_bounds_out.subspan(cell, cells));
+            cell += cells;
         }
     }
     return {};
@@ -639,10 +342,10 @@ Result<void> FineSurface::cell_bounds(const SampleGrid& grid, std::span<float> b
                                                  (grid.columns - 1) * n + 1,
                                                  rows * n + 1}));
         if (n == 1 && window.kinked) window.kinked->keep_diagonals(1);
-        for (int row = 0; row < rows; ++row) {
-            for (int column = 0; column + 1 < grid.columns; ++column) {
-                bounds_out[at++] = cell_deviation(window, column * n, row * n, n);
-            }
+        DeviationRows deviations(window);
+        const std::size_t cells = static_cast<std::size_t>(grid.columns - 1);
+        for (int row = 0; row < rows; ++row, at += cells) {
+            deviations.squares(0, row * n, n, bounds_out.subspan(at, cells));
         }
     }
     return {};

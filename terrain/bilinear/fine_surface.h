@@ -2,7 +2,7 @@
 #pragma once
 
 #include "bilinear/bilinear_grid.h"
-#include "bilinear/kinked_surface.h"
+#include "bilinear/diamond_window.h"
 #include "bilinear/raster_samples.h"
 
 #include <terrane/terrain/height_source.h>
@@ -14,71 +14,6 @@
 #include <vector>
 
 namespace terrane::internal {
-
-/// Adds a nanometre for the rounding of previous sums, and rounds outward to float. Non-decreasing; 0 at 0.
-float round_outward(double deviation);
-
-/// A rectangle of lattice points, with the surface between them and the bounds of the vertices at these points.
-///
-/// Distances are in units of the window's spacing. The bound of a vertex depends only on the surface within three times
-/// (centres) or twice (midpoints) its spacing: two windows that contain this region agree on the bound bit for bit.
-struct DiamondWindow {
-    std::int64_t first_x = 0, first_y = 0;  ///< index of the south-western point
-    int columns = 0, rows = 0;              ///< points
-    std::vector<double> heights;            ///< [rows * columns]
-
-    /// The surface over the window, if a cell of the window may overlap several raster cells. Null: over each cell the
-    /// surface is the bilinear interpolant of the cell's corners.
-    std::shared_ptr<KinkedSurface> kinked;
-
-    /// [(rows - 1) * (columns - 1)] bound of the vertex in the middle of each cell, a vertex of the next finer spacing.
-    /// May be empty.
-    std::vector<float> middle_bounds;
-
-    /// [rows * columns] bounds of vertices, up to the spacing for which they were computed; otherwise 0.
-    std::vector<float> bounds;
-
-    /// [rows], [columns] first of the equal rows, or columns, that end at this one: beyond the raster all are equal.
-    /// Empty: none is known to be equal to another one.
-    std::vector<int> row_runs, column_runs;
-
-    /// Finds equal rows and columns. The surface must not be kinked: what lies between equal rows depends on x only.
-    void find_runs();
-    bool has_equal_rows(int first, int last) const {
-        return !row_runs.empty() && row_runs[static_cast<std::size_t>(last)] <= first;
-    }
-    bool has_equal_columns(int first, int last) const {
-        return !column_runs.empty() && column_runs[static_cast<std::size_t>(last)] <= first;
-    }
-
-    std::size_t at(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
-               static_cast<std::size_t>(x);
-    }
-    std::size_t cell_at(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns - 1) +
-               static_cast<std::size_t>(x);
-    }
-};
-
-/// Largest deviation of the surface from the two triangles of the square of side n whose south-western corner is window
-/// point (x, y). Requires x and y to be multiples of n, and the square to lie in the window.
-float cell_deviation(const DiamondWindow& window, int x, int y, int n);
-
-/// Adds the range of surface minus plane over a triangle that is part of a larger triangle with the same plane.
-void add_triangle_part(const DiamondWindow& window, const RightTriangle& t, Range& range);
-/// The same over the square of side n whose south-western corner is window point (x, y); the plane has the given
-/// heights at that corner, n to the east of it and n to the north of it.
-void add_square(const DiamondWindow& window, int x, int y, int n, double at_corner, double at_x_end,
-                double at_y_end, Range& range);
-
-/// Range of the true surface minus the bilinear interpolant of the corners of the square of side n whose south-western
-/// corner is window point (x, y).
-HeightInterval bilinear_deviation(const DiamondWindow& window, int x, int y, int n);
-
-/// Computes the bounds of the vertices of spacing 1, 2, 4 ... last_n. Bounds that depend on the surface outside the
-/// window are too small.
-void compute_bounds(DiamondWindow& window, int last_n);
 
 /// Width of the margin of samples around a grid on which the grid's bounds depend: the descendants of a vertex extend
 /// one and a half cells from it, and second differences one sample more.

@@ -74,28 +74,36 @@ Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTie
                                                  (rows - 1) * ratio + 2 * apron + 1}));
     DiamondWindow& window = made;
     compute_bounds(window, ratio);
+    DeviationRows deviations(window);
     for (int j = 0; j < rows; ++j) {
+        const int wy = apron + j * ratio;
+        const std::size_t first =
+            static_cast<std::size_t>(y + j) * static_cast<std::size_t>(tier.columns) +
+            static_cast<std::size_t>(x);
+        // As in compute_bounds(), a cell repeats its neighbour over equal rows or columns.
+        const bool repeats_row = j > 0 && window.has_equal_rows(wy - ratio, wy + ratio);
+        if (!repeats_row) {
+            deviations.squares(
+                apron, wy, ratio,
+                std::span(tier.cell_bounds).subspan(first, static_cast<std::size_t>(columns)));
+        }
         for (int i = 0; i < columns; ++i) {
-            const int wx = apron + i * ratio, wy = apron + j * ratio;
-            const std::size_t at =
-                static_cast<std::size_t>(y + j) * static_cast<std::size_t>(tier.columns) +
-                static_cast<std::size_t>(x + i);
+            const int wx = apron + i * ratio;
+            const std::size_t at = first + static_cast<std::size_t>(i);
             tier.heights[at] = window.heights[window.at(wx, wy)];
             tier.bounds[at] = window.bounds[window.at(wx, wy)];
-            // As in compute_bounds(), a cell repeats its neighbour over equal rows or columns.
             std::optional<std::size_t> equal;
-            if (j > 0 && window.has_equal_rows(wy - ratio, wy + ratio)) {
+            if (repeats_row) {
                 equal = at - static_cast<std::size_t>(tier.columns);
+                tier.cell_bounds[at] = tier.cell_bounds[*equal];
             } else if (i > 0 && window.has_equal_columns(wx - ratio, wx + ratio)) {
                 equal = at - 1;
             }
             if (equal) {
-                tier.cell_bounds[at] = tier.cell_bounds[*equal];
                 tier.cell_low[at] = tier.cell_low[*equal];
                 tier.cell_high[at] = tier.cell_high[*equal];
                 continue;
             }
-            tier.cell_bounds[at] = cell_deviation(window, wx, wy, ratio);
             const HeightInterval between = bilinear_deviation(window, wx, wy, ratio);
             tier.cell_low[at] = -round_outward(-between.low);
             tier.cell_high[at] = round_outward(between.high);
