@@ -37,21 +37,65 @@ bool take_letter(std::string_view& text, char letter) {
     return true;
 }
 
+constexpr std::string_view kBucketScheme = "s3://";
+
+tl::unexpected<Error> refuse_address(const std::string& url, const std::string& cause) {
+    return fail(ErrorCode::invalid_argument,
+                "cannot open \"" + shown_address(url) + "\": " + cause);
+}
+
+/// Whether a text can be the name of a bucket: 3 to 63 lower-case letters, digits, hyphens and dots.
+bool is_bucket_name(std::string_view name) {
+    constexpr std::size_t kLeast = 3, kMost = 63;
+    return name.size() >= kLeast && name.size() <= kMost && name.front() != '.' &&
+           name.back() != '.' && name.find("..") == std::string_view::npos &&
+           std::ranges::all_of(name, [](char letter) {
+               return (letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9') ||
+                      letter == '-' || letter == '.';
+           });
+}
+
+/// The address of a folder in a bucket, as https or, with an endpoint, as its scheme.
+Result<std::string> address_of_bucket(const std::string& url, const S3Settings& s3) {
+    const std::string place = url.substr(kBucketScheme.size());
+    if (place.find_first_of("?#@") != std::string::npos) {
+        return refuse_address(url, "the address of a bucket has no user, query or fragment");
+    }
+    const std::string bucket = place.substr(0, place.find('/'));
+    const std::string path = place.substr(bucket.size());
+    if (!is_bucket_name(bucket)) {
+        return refuse_address(url,
+                              "a bucket has a name of 3 to 63 lower-case letters, digits, "
+                              "hyphens and dots");
+    }
+    if (!s3.endpoint.empty()) {
+        const std::size_t end = s3.endpoint.find_last_not_of('/');
+        return s3.endpoint.substr(0, end + 1) + "/" + bucket + path;
+    }
+    const bool has_dots = bucket.find('.') != std::string::npos;  // no certificate is for its host
+    return has_dots ? "https://s3." + s3.region + ".amazonaws.com/" + bucket + path
+                    : "https://" + bucket + ".s3." + s3.region + ".amazonaws.com" + path;
+}
+
 }  // namespace
 
-Result<HttpAddress> parse_http_address(const std::string& url) {
+Result<HttpAddress> parse_http_address(const std::string& url, const S3Settings& s3) {
+    if (is_bucket_address(url)) {
+        TERRANE_TRY(const auto server_url, address_of_bucket(url, s3));
+        TERRANE_TRY(auto address, parse_http_address(server_url));
+        address.is_bucket = true;
+        return address;
+    }
     const std::unique_ptr<CURLU, FreeUrl> parsed(curl_url());
-    const auto refuse = [&](const std::string& cause) {
-        return fail(ErrorCode::invalid_argument,
-                    "cannot open \"" + shown_address(url) + "\": " + cause);
-    };
+    const auto refuse = [&](const std::string& cause) { return refuse_address(url, cause); };
     if (const CURLUcode code = curl_url_set(parsed.get(), CURLUPART_URL, url.c_str(), 0);
         code != CURLUE_OK) {
-        return refuse(std::string("it is no address of http or https (") + curl_url_strerror(code) +
-                      ")");
+        return refuse(std::string("it is no address of http, https or s3 (") +
+                      curl_url_strerror(code) + ")");
     }
     const std::string scheme = part_of(parsed.get(), CURLUPART_SCHEME);
-    if (scheme != "http" && scheme != "https") return refuse("it is no address of http or https");
+    if (scheme != "http" && scheme != "https")
+        return refuse("it is no address of http, https or s3");
 
     HttpAddress address;
     address.is_secure = scheme == "https";
@@ -75,6 +119,8 @@ Result<HttpAddress> parse_http_address(const std::string& url) {
     address.folder = part_of(parsed.get(), CURLUPART_URL);
     return address;
 }
+
+bool is_bucket_address(std::string_view url) { return url.starts_with(kBucketScheme); }
 
 bool is_file_name(std::string_view name) {
     return !name.empty() && name.front() != '.' && std::ranges::all_of(name, [](char letter) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <terrane/base/result.h>
+#include <terrane/remote/http_files.h>
 
 #include <cstdint>
 #include <optional>
@@ -17,11 +18,15 @@ struct HttpAddress {
     std::string query;           ///< from the question mark on, or empty; may be a secret
     std::string user, password;  ///< decoded; empty: none
     bool is_secure = false;      ///< https
+    bool is_bucket = false;      ///< of an object store: see S3Settings
 };
 
 /// Parses the address of a folder or of its terrain.json.
 /// Fails: invalid_argument, without user, password and query in the message
-Result<HttpAddress> parse_http_address(const std::string& url);
+Result<HttpAddress> parse_http_address(const std::string& url, const S3Settings& s3 = {});
+
+/// Whether an address begins with s3://.
+bool is_bucket_address(std::string_view url);
 
 /// Whether a name is one file of a folder: letters, digits, '.', '_' and '-', not beginning with a dot.
 bool is_file_name(std::string_view name);

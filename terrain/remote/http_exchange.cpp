@@ -91,7 +91,15 @@ HttpClient::HttpClient(HttpAddress address, const HttpSettings& settings)
         headers_.reset(list);
     };
     add("Accept-Encoding: identity");
-    if (!settings_.authorization.empty()) add("Authorization: " + settings_.authorization);
+    if (!address_.is_bucket) {
+        if (!settings_.authorization.empty()) add("Authorization: " + settings_.authorization);
+    } else if (is_signed()) {
+        // The hash of the empty body, which older versions of libcurl do not add.
+        add("x-amz-content-sha256: "
+            "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+        const std::string& token = settings_.s3.session_token;
+        if (!token.empty()) add("x-amz-security-token: " + token);
+    }
 }
 
 CURL* HttpClient::make_handle(const std::string& name) const {
@@ -122,8 +130,14 @@ CURL* HttpClient::make_handle(const std::string& name) const {
     if (!settings_.certificate_file.empty()) {
         curl_easy_setopt(handle, CURLOPT_CAINFO, settings_.certificate_file.c_str());
     }
-    if (settings_.use_netrc) {
+    if (settings_.use_netrc && !address_.is_bucket) {
         curl_easy_setopt(handle, CURLOPT_NETRC, static_cast<long>(CURL_NETRC_OPTIONAL));
+    }
+    if (is_signed()) {
+        const S3Settings& s3 = settings_.s3;
+        curl_easy_setopt(handle, CURLOPT_AWS_SIGV4, ("aws:amz:" + s3.region + ":s3").c_str());
+        curl_easy_setopt(handle, CURLOPT_USERNAME, s3.access_key.c_str());
+        curl_easy_setopt(handle, CURLOPT_PASSWORD, s3.secret_key.c_str());
     }
     if (!address_.user.empty()) curl_easy_setopt(handle, CURLOPT_USERNAME, address_.user.c_str());
     if (!address_.password.empty()) {

@@ -58,6 +58,8 @@ public:
     CURL* make_handle(const std::string& name) const;
 
 private:
+    bool is_signed() const { return address_.is_bucket && !settings_.s3.access_key.empty(); }
+
     struct FreeList {
         void operator()(curl_slist* list) const { curl_slist_free_all(list); }
     };

@@ -6,9 +6,12 @@
 
 #include <terrane/remote/http_files.h>
 
+#include <curl/curl.h>
+
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <mutex>
@@ -62,6 +65,40 @@ Result<void> check(const HttpSettings& settings) {
                             settings.first_retry_delay, 3600.0));
     TERRANE_TRY(check_line("authorization", settings.authorization));
     return check_line("user_agent", settings.user_agent);
+}
+
+Result<void> check(const S3Settings& s3) {
+    const bool is_region = !s3.region.empty() && std::ranges::all_of(s3.region, [](char letter) {
+        return (letter >= 'a' && letter <= 'z') || (letter >= '0' && letter <= '9') ||
+               letter == '-';
+    });
+    if (!is_region) {
+        return fail(ErrorCode::invalid_argument,
+                    "s3.region must be lower-case letters, digits and hyphens, got \"" +
+                        internal::shown_address(s3.region) + "\"");
+    }
+    if (s3.access_key.empty() != s3.secret_key.empty()) {
+        return fail(ErrorCode::invalid_argument,
+                    "s3.access_key and s3.secret_key go together, got only one");
+    }
+    TERRANE_TRY(check_line("s3.endpoint", s3.endpoint));
+    TERRANE_TRY(check_line("s3.access_key", s3.access_key));
+    TERRANE_TRY(check_line("s3.secret_key", s3.secret_key));
+    TERRANE_TRY(check_line("s3.session_token", s3.session_token));
+    constexpr unsigned kSignsHeaders = 0x075700;  // the first version that signs all headers
+    const curl_version_info_data& curl = *curl_version_info(CURLVERSION_NOW);
+    if (!s3.access_key.empty() && curl.version_num < kSignsHeaders) {
+        return fail(ErrorCode::invalid_argument,
+                    std::string("requests to buckets need libcurl 7.87 to be signed, this is ") +
+                        curl.version);
+    }
+    return {};
+}
+
+std::string environment(const char* name, const char* other = nullptr) {
+    const char* value = std::getenv(name);
+    if ((value == nullptr || *value == '\0') && other != nullptr) value = std::getenv(other);
+    return value == nullptr ? std::string() : std::string(value);
 }
 
 class CachedHttpFiles final : public HttpFiles {
@@ -246,10 +283,23 @@ private:
 
 }  // namespace
 
+S3Settings s3_settings_of_environment() {
+    S3Settings s3;
+    if (std::string region = environment("AWS_REGION", "AWS_DEFAULT_REGION"); !region.empty()) {
+        s3.region = std::move(region);
+    }
+    s3.endpoint = environment("AWS_ENDPOINT_URL_S3", "AWS_ENDPOINT_URL");
+    s3.access_key = environment("AWS_ACCESS_KEY_ID");
+    s3.secret_key = environment("AWS_SECRET_ACCESS_KEY");
+    s3.session_token = environment("AWS_SESSION_TOKEN");
+    return s3;
+}
+
 Result<std::shared_ptr<const HttpFiles>> open_http(const std::string& url,
                                                    const HttpSettings& settings) {
     TERRANE_TRY(check(settings));
-    TERRANE_TRY(auto address, internal::parse_http_address(url));
+    if (internal::is_bucket_address(url)) TERRANE_TRY(check(settings.s3));
+    TERRANE_TRY(auto address, internal::parse_http_address(url, settings.s3));
     return std::make_shared<const CachedHttpFiles>(std::move(address), settings);
 }
 

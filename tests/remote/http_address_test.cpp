@@ -33,6 +33,37 @@ TEST(HttpAddress, KeepsSecretsApart) {
     EXPECT_EQ(address->password, "p@ss");
 }
 
+TEST(HttpAddress, OfABucketIsThatOfItsServer) {
+    S3Settings s3;
+    s3.region = "eu-central-1";
+    const auto address = parse_http_address("s3://my-bucket/a/terrain.json", s3);
+    ASSERT_TRUE(address.has_value()) << address.error().message;
+    EXPECT_EQ(address->folder, "https://my-bucket.s3.eu-central-1.amazonaws.com/a/");
+    EXPECT_TRUE(address->is_bucket);
+    EXPECT_TRUE(address->is_secure);
+    EXPECT_FALSE(parse_http_address("https://host/a/", s3)->is_bucket);
+    EXPECT_EQ(parse_http_address("s3://my.bucket/", s3)->folder,
+              "https://s3.eu-central-1.amazonaws.com/my.bucket/");
+    EXPECT_EQ(parse_http_address("s3://my-bucket", s3)->folder,
+              "https://my-bucket.s3.eu-central-1.amazonaws.com/");
+    for (const char* const endpoint : {"http://localhost:9000", "http://localhost:9000/"}) {
+        s3.endpoint = endpoint;
+        EXPECT_EQ(parse_http_address("s3://my.bucket/a/", s3)->folder,
+                  "http://localhost:9000/my.bucket/a/");
+    }
+    for (const char* const url :
+         {"s3://", "s3:///a/", "s3://My-Bucket/a/", "s3://ab/a/", "s3://a..b/", "s3://.ab/",
+          "s3://my-bucket:80/a/", "s3://key:secret@my-bucket/a/", "s3://my-bucket/a/?secret",
+          "s3://my-bucket/a/#secret"}) {
+        const auto refused = parse_http_address(url);
+        ASSERT_FALSE(refused.has_value()) << url;
+        EXPECT_EQ(refused.error().message.find("secret"), std::string::npos)
+            << refused.error().message;
+    }
+    s3.endpoint = "ftp://host";
+    EXPECT_FALSE(parse_http_address("s3://my-bucket/", s3).has_value());
+}
+
 TEST(HttpAddress, RefusesWhatIsNoAddressWithoutShowingSecrets) {
     for (const char* const url :
          {"", "terrain.json", "/a/terrain.json", "file:///etc/passwd", "ftp://me:secret@host/",

@@ -53,7 +53,8 @@ bool is_http_store(const std::string& dem) {
     std::string address = dem.substr(0, dem.find_first_of("?#"));
     std::ranges::transform(address, address.begin(),
                            [](unsigned char c) { return std::tolower(c); });
-    return (address.starts_with("http://") || address.starts_with("https://")) &&
+    return (address.starts_with("http://") || address.starts_with("https://") ||
+            address.starts_with("s3://")) &&
            (address.ends_with('/') || address.ends_with("/terrain.json"));
 }
 
@@ -74,6 +75,7 @@ CommandResult<std::shared_ptr<const HttpFiles>> open_http_store(const std::strin
     settings.use_netrc = true;
     settings.authorization = environment("TERRANE_HTTP_AUTHORIZATION");
     settings.certificate_file = environment("CURL_CA_BUNDLE");
+    settings.s3 = s3_settings_of_environment();
     TERRANE_TRY(auto files, open_http(url, settings));
     return files;
 }

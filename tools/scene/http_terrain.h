@@ -22,12 +22,13 @@ struct HttpOptions {
 /// Adds --http-cache and --http-cache-mb. `options` must outlive the app's parse().
 void add_http_options(CLI::App& app, HttpOptions& options);
 
-/// Whether --dem is the address of a baked terrain: of http or https, ending in a slash or in /terrain.json, before a
-/// query. Other addresses are rasters, for GDAL.
+/// Whether --dem is the address of a baked terrain: of http, https or s3, ending in a slash or in /terrain.json, before
+/// a query. Other addresses are rasters, for GDAL.
 bool is_http_store(const std::string& dem);
 
 /// Opens the files at an address. The environment variable TERRANE_HTTP_AUTHORIZATION has the header Authorization,
-/// CURL_CA_BUNDLE the file of trusted certificates; ~/.netrc is used if it exists.
+/// CURL_CA_BUNDLE the file of trusted certificates; ~/.netrc is used if it exists. Of buckets see
+/// s3_settings_of_environment().
 ///
 /// @param user_cache  the user's cache folder; "": there is none
 ///

@@ -3,6 +3,8 @@
 """Baked terrains on an HTTP server, which this script is."""
 
 import csv
+import hashlib
+import hmac
 import http.server
 import json
 import os
@@ -24,6 +26,9 @@ class Handler(http.server.BaseHTTPRequestHandler):
         server = self.server
         path = os.path.join(server.folder, os.path.basename(self.path.split("?")[0]))
         server.requests.append((self.path, self.headers["Range"], self.headers["Authorization"]))
+        if server.keys and self.headers["Authorization"] != signature(self.path, self.headers, *server.keys):
+            self.send_error(403)
+            return
         if server.faults:
             self.send_response(server.faults.pop())
             self.send_header("Content-Length", "0")
@@ -50,6 +55,24 @@ class Handler(http.server.BaseHTTPRequestHandler):
         pass
 
 
+def signature(path, headers, access_key, secret_key, region):
+    """The header Authorization of a GET without a body: AWS Signature Version 4, of every header that the request names as signed and all of Amazon's."""
+    names = re.search(r"SignedHeaders=([^,]+)", headers["Authorization"] or "")
+    signed = sorted({name.lower() for name in headers if name.lower().startswith("x-amz-")} | {"host"} |
+                    set(names[1].split(";") if names else ()))
+    lines = "".join(f"{name}:{' '.join((headers[name] or '').split())}\n" for name in signed)
+    body = hashlib.sha256(b"").hexdigest()
+    request = f"GET\n{path}\n\n{lines}\n{';'.join(signed)}\n{body}"
+    day = (headers["x-amz-date"] or "")[:8]
+    scope = f"{day}/{region}/s3/aws4_request"
+    key = ("AWS4" + secret_key).encode()
+    for part in scope.split("/"):
+        key = hmac.digest(key, part.encode(), "sha256")
+    text = f"AWS4-HMAC-SHA256\n{headers['x-amz-date']}\n{scope}\n{hashlib.sha256(request.encode()).hexdigest()}"
+    return (f"AWS4-HMAC-SHA256 Credential={access_key}/{scope}, SignedHeaders={';'.join(signed)}, "
+            f"Signature={hmac.digest(key, text.encode(), 'sha256').hex()}")
+
+
 class Server(http.server.ThreadingHTTPServer):
     request_queue_size = 64  # connections beyond the queue wait for a second
 
@@ -62,6 +85,7 @@ class Remote(Folder):
         run_json("bake", "--dem", raster, "--out", self.store, "--sharded")
         self.server = Server(("127.0.0.1", 0), Handler)
         self.server.folder, self.server.requests, self.server.faults = self.store, [], []
+        self.server.keys = None
         thread = threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05})
         thread.start()
         self.addCleanup(thread.join)
@@ -102,6 +126,37 @@ class Remote(Folder):
         self.assertEqual(self.mesh("folder.ply", "--dem", self.store), self.mesh("remote.ply", "--dem", self.address, *self.cache))
         questions = [{"id": i, "op": "height", "x": 37.1 * i - 800, "y": 11.3 * i - 300} for i in range(40)]
         self.assertEqual(ask(["--dem", self.store], questions), ask(["--dem", self.address, *self.cache], questions))
+
+    def bucket(self, name, **environment):
+        """The program's answer for a bucket of the server."""
+        of_bucket = {"AWS_ENDPOINT_URL": f"http://127.0.0.1:{self.server.server_port}", **environment}
+        return subprocess.run([PROGRAM, "info", "--dem", f"s3://{name}/world/", "--http-cache", "off", "--json"], text=True, capture_output=True,
+                              env={key: value for key, value in os.environ.items() if not key.startswith("AWS_")} | of_bucket, timeout=100)
+
+    def test_requests_to_buckets_are_signed(self):
+        wanted = run_json("info", "--dem", self.store)
+        keys = {"AWS_ACCESS_KEY_ID": "AKID", "AWS_SECRET_ACCESS_KEY": "wJalr/K7MDENG+secret", "AWS_REGION": "eu-west-3"}
+        self.server.keys = "AKID", "wJalr/K7MDENG+secret", "eu-west-3"
+        for session in ({}, {"AWS_SESSION_TOKEN": "Fwo/token+of=keys"}):
+            done = self.bucket("my.terrain", **keys, **session)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(json.loads(done.stdout)["guaranteed_m"], wanted["guaranteed_m"])
+        self.assertTrue(self.server.requests[-1][0].startswith("/my.terrain/world/"))
+        for wrong in ({"AWS_SECRET_ACCESS_KEY": "other-secret"}, {"AWS_REGION": "us-east-1"}):
+            done = self.bucket("my.terrain", **keys | wrong)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("403", done.stderr)
+            self.assertNotIn("secret", done.stderr)
+        # A public bucket, for which credentials of HTTP servers are not meant.
+        self.server.keys = None
+        done = self.bucket("public", TERRANE_HTTP_AUTHORIZATION="Bearer of-another-server")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIsNone(self.server.requests[-1][2])
+        for name, changed, words in (("No", {}, "lower-case"), ("abc", {"AWS_ACCESS_KEY_ID": "x"}, "only one"),
+                                     ("abc", {"AWS_REGION": "x/y"}, "s3.region"), ("abc", {"AWS_ENDPOINT_URL": "ftp://x"}, "http, https or s3")):
+            done = self.bucket(name, **changed)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(words, done.stderr)
 
     def test_faults_of_the_server_do_not_change_the_flight(self):
         _, frames = self.fly("folder", "--dem", self.store)

@@ -11,6 +11,23 @@
 
 namespace terrane {
 
+/// Access to a bucket of an object store, for addresses such as s3://bucket/folder/. Requests are signed by libcurl
+/// (AWS Signature Version 4), 7.87 or later.
+struct S3Settings {
+    std::string region = "us-east-1";  ///< of the bucket
+    /// Address of a server other than Amazon's, such as "https://minio.example:9000", whose folders are its buckets;
+    /// empty: Amazon's.
+    std::string endpoint;
+    std::string access_key;     ///< empty: requests are not signed, for public buckets
+    std::string secret_key;     ///< belongs to the access key
+    std::string session_token;  ///< of temporary keys; empty: none
+};
+
+/// The settings of the environment variables that Amazon's programs use: AWS_REGION, else AWS_DEFAULT_REGION;
+/// AWS_ENDPOINT_URL_S3, else AWS_ENDPOINT_URL; AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN.
+/// Threads: not beside a change of the environment
+S3Settings s3_settings_of_environment();
+
 /// How the files of a server are read. Times are in seconds.
 struct HttpSettings {
     /// Folder of the disk cache, made if it is absent; empty: none. Processes may share it.
@@ -36,6 +53,8 @@ struct HttpSettings {
     std::string authorization;
     std::string certificate_file;  ///< PEM file of trusted certificates; empty: those of the system
     std::string user_agent = "terrane/0.1";  ///< value of the header User-Agent
+    /// Access to buckets; only for addresses that begin with s3:, for which netrc and authorization are not used.
+    S3Settings s3 = {};
 };
 
 /// Requests that failed, by cause. Each repetition that fails counts.
@@ -85,7 +104,8 @@ public:
     virtual HttpStatistics statistics() const = 0;
 };
 
-/// Opens the files of a server. `url` is the address of their folder or of its terrain.json.
+/// Opens the files of a server. `url` is the address of their folder or of its terrain.json: of http, https, or a
+/// bucket (S3Settings).
 ///
 /// Up to five redirects are followed, to http and https alone, and never from https to http. User, password and query
 /// of the address are sent to the server, but are in no message. A request that failed is repeated after a delay if
