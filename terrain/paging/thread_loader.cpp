@@ -209,6 +209,7 @@ Result<std::unique_ptr<ThreadLoader>> ThreadLoader::create(
 ThreadLoader::ThreadLoader(std::shared_ptr<State> state) : state_(std::move(state)) {}
 
 ThreadLoader::~ThreadLoader() {
+    chunks_of(*state_->source).expect_chunks({});  // what was expected is not asked for
     std::list<State::Load> dropped;
     std::unique_lock lock(state_->mutex);
     State& state = *state_;

@@ -66,7 +66,7 @@ struct BlockFetcher::Transfer {
     Pieces pieces;              // neighbours, in order
     std::size_t next = 0;       // the piece to which the next byte belongs
     std::uint64_t counted = 0;  // bytes that statistics include
-    bool has_latency = false;   // whether statistics include it
+    bool is_counted = false;    // whether statistics include its reply
     std::unique_ptr<HttpExchange> exchange;
 };
 
@@ -418,7 +418,7 @@ void BlockFetcher::take(Transfer& transfer, std::span<const std::uint8_t> bytes)
         // Before calls see the block, so that statistics include it.
         const std::lock_guard lock(mutex_);
         update_counts(Clock::now());
-        count_latency(transfer);
+        count_reply(transfer);
         ++transfer.next;
         complete(piece);
     }
@@ -450,7 +450,7 @@ void BlockFetcher::finish(std::list<Transfer>::iterator transfer,
         for (const std::shared_ptr<Piece>& piece : rest) retry_or_fail(piece, *fault, due);
         if (queue_.size() > queued) ++counts_.retries;
     } else {
-        count_latency(*transfer);
+        count_reply(*transfer);
         for (const std::shared_ptr<Piece>& piece : rest) complete(*piece);
     }
     curl_multi_remove_handle(multi_, transfer->exchange->handle());
@@ -501,9 +501,10 @@ void BlockFetcher::end_slow_transfers(Clock::time_point now) {
     }
 }
 
-void BlockFetcher::count_latency(Transfer& transfer) {
+void BlockFetcher::count_reply(Transfer& transfer) {
     const std::optional<double> latency = transfer.exchange->latency();
-    if (!latency || std::exchange(transfer.has_latency, true)) return;
+    if (!latency || std::exchange(transfer.is_counted, true)) return;
+    if (transfer.exchange->has_ignored_range()) ++counts_.ignored_ranges;
     constexpr double kNewest = 0.125;
     counts_.latency += (*latency - counts_.latency) * (counts_.latency > 0.0 ? kNewest : 1.0);
 }

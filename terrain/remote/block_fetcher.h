@@ -88,7 +88,7 @@ private:
                        Clock::time_point due);
     void end_slow_transfers(Clock::time_point now);
     void update_counts(Clock::time_point now);
-    void count_latency(Transfer& transfer);
+    void count_reply(Transfer& transfer);
     double retry_delay(std::span<const std::shared_ptr<Piece>> pieces, const HttpFault& fault);
 
     const HttpClient client_;

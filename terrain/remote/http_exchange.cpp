@@ -265,6 +265,7 @@ bool HttpExchange::check_reply() {
             fault_ = wrong_range("the server does not support ranges");
         }
         skip_ = request_.offset;
+        has_ignored_range_ = request_.bytes < *request_.file_bytes;
         return !fault_;
     }
     const std::optional<ContentRange> range = parse_content_range(content_range_);

@@ -81,6 +81,8 @@ public:
     CURL* handle() const { return handle_; }
     /// Bytes of the reply so far, wanted or not.
     std::uint64_t received() const { return received_; }
+    /// Whether the server sends the whole file in place of a part.
+    bool has_ignored_range() const { return has_ignored_range_; }
     /// Seconds from the request to the first byte of the reply; nothing before that.
     std::optional<double> latency() const;
     /// Whether the server has sent too little for too long. Call it often.
@@ -110,7 +112,7 @@ private:
     // the reply
     std::string content_range_, content_encoding_;
     std::optional<HttpFault> fault_;
-    bool is_checked_ = false, is_complete_ = false;
+    bool is_checked_ = false, is_complete_ = false, has_ignored_range_ = false;
     std::uint64_t skip_ = 0;   // bytes before the wanted range
     std::uint64_t taken_ = 0;  // wanted bytes so far
     std::uint64_t received_ = 0;

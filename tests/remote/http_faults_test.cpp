@@ -185,8 +185,15 @@ TEST_F(HttpReplies, AServerWithoutRangesSendsMoreThanIsTaken) {
     const auto files = open_files(server_.url());
     server_.fail_always(kShard, {.kind = Kind::ignore_range, .text = {}});
     EXPECT_EQ(read_one(*files, 3 * kBlock + 5, 10, kFileBytes), "");
+    EXPECT_EQ(files->statistics().ignored_ranges, 1u);
     EXPECT_EQ(read_one(*files, 0, kFileBytes, kFileBytes), "");
     EXPECT_EQ(failure_count(files->statistics().failures), 0u);
+    // The whole file in one request is no part.
+    const auto whole = open_files(server_.url());
+    server_.put(kShard, file_of(kBlock));
+    EXPECT_EQ(read_one(*whole, 0, kBlock, kBlock), "");
+    EXPECT_EQ(whole->statistics().ignored_ranges, 0u);
+    server_.put(kShard, file_of(kFileBytes));
     // A file of another size, and a position to which too much would have to be read.
     EXPECT_NE(read_one(*files, 0, 10, kFileBytes + 1).find("it has 40960 bytes, not 40961"),
               std::string::npos);

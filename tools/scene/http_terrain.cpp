@@ -107,6 +107,7 @@ nlohmann::ordered_json describe(const HttpStatistics& statistics) {
             {"discarded", statistics.discarded},
             {"damaged_blocks", statistics.damaged_blocks},
             {"cache_faults", statistics.cache_faults},
+            {"ignored_ranges", statistics.ignored_ranges},
             {"failures", failures},
             {"latency_s", statistics.latency},
             {"bytes_per_s", statistics.bandwidth}};

@@ -88,7 +88,9 @@ struct HttpStatistics {
     std::uint64_t discarded = 0;  ///< calls of discard(): the reader found damage
     std::uint64_t damaged_blocks = 0;  ///< blocks of the disk cache, removed for a wrong checksum
     std::uint64_t cache_faults = 0;    ///< blocks that could not be written to the disk cache
-    HttpFailures failures;             ///< failed requests, by cause
+    /// Replies with the whole file in place of a part, which was taken from them.
+    std::uint64_t ignored_ranges = 0;
+    HttpFailures failures;  ///< failed requests, by cause
     /// Seconds from a request to the first byte of its reply, an average of about the last eight; 0: none yet.
     double latency = 0.0;
     /// Bytes per second of all requests together, over about the last two seconds in which some ran; 0: none yet.
