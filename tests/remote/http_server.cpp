@@ -75,7 +75,6 @@ HttpServer::~HttpServer() {
         for (const int handle : handles_) shutdown(handle, SHUT_RDWR);
     }
     for (std::thread& connection : connections_) connection.join();
-    for (const int handle : handles_) close(handle);
 }
 
 void HttpServer::put(const std::string& name, std::vector<std::uint8_t> bytes) {
@@ -91,6 +90,13 @@ void HttpServer::fail_next(const std::string& name, std::vector<ServerFault> fau
 void HttpServer::fail_always(const std::string& name, ServerFault fault) {
     const std::lock_guard lock(mutex_);
     faults_[name] = std::move(fault);
+}
+
+void HttpServer::fail_at_random(ServerFault fault, double share, std::uint64_t seed) {
+    const std::lock_guard lock(mutex_);
+    random_fault_ = std::move(fault);
+    random_share_ = share;
+    random_.seed(static_cast<std::minstd_rand::result_type>(seed));
 }
 
 void HttpServer::hold() {
@@ -135,7 +141,9 @@ void HttpServer::serve_connection(int handle) {
         text.erase(0, end + 4);
         if (!answer(handle, request)) break;
     }
-    shutdown(handle, SHUT_RDWR);
+    const std::lock_guard lock(mutex_);
+    std::erase(handles_, handle);
+    close(handle);
 }
 
 bool HttpServer::is_left(int handle, int milliseconds) const {
@@ -175,7 +183,10 @@ bool HttpServer::answer(int handle, const Request& request) {
             faults.pop_front();
         } else if (const auto always = faults_.find(name); always != faults_.end()) {
             fault = always->second;
+        } else if (static_cast<double>(random_() % 4096) < random_share_ * 4096.0) {
+            fault = random_fault_;
         }
+        if (fault) ++fault_count_;
         if (const auto found = files_.find(name); found != files_.end()) file = found->second;
     }
     using Kind = ServerFault::Kind;
@@ -210,12 +221,16 @@ bool HttpServer::answer(int handle, const Request& request) {
         if (is(Kind::too_much)) last += 1000;
         body = body.substr(first, last + 1 - first);
     }
-    if (is(Kind::wrong_bytes)) body[0] = static_cast<char>(~body[0]);
+    const std::size_t step = is(Kind::other_file) ? 1 : 500;
+    for (std::size_t i = 0; i < body.size() && (is(Kind::wrong_bytes) || step == 1); i += step) {
+        body[i] = static_cast<char>(~body[i]);
+    }
     std::string head = is_part ? "HTTP/1.1 206 part\r\n" : "HTTP/1.1 200 whole\r\n";
     if (is_part && !is(Kind::no_range)) {
         const std::string total =
             is(Kind::no_total) ? "*"
-                               : std::to_string(file->size() + (is(Kind::wrong_total) ? 1 : 0));
+                               : std::to_string(file->size() + (is(Kind::wrong_total) ? 1 : 0) -
+                                                (is(Kind::other_file) ? 1000 : 0));
         head += "Content-Range: bytes " + std::to_string(first) + "-" +
                 std::to_string(request.range->second + (is(Kind::wrong_range) ? 1 : 0)) + "/" +
                 total + "\r\n";

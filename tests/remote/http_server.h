@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <random>
 #include <string>
 #include <thread>
 #include <utility>
@@ -31,7 +32,8 @@ struct ServerFault {
         no_total,      ///< does not say how long the file is
         no_range,      ///< status 206 without Content-Range
         too_much,      ///< more body than the range has
-        wrong_bytes,   ///< inverts the first byte
+        wrong_bytes,   ///< inverts one of 500 bytes, from the first on
+        other_file,    ///< the range of a file that is 1000 bytes shorter, and has other bytes
         encoded,       ///< says that the body is compressed
     };
     Kind kind = Kind::status;
@@ -61,12 +63,16 @@ public:
     void fail_next(const std::string& name, std::vector<ServerFault> faults);
     /// All replies for a file are wrong.
     void fail_always(const std::string& name, ServerFault fault);
+    /// This share of all other replies is wrong, 0 to 1.
+    void fail_at_random(ServerFault fault, double share, std::uint64_t seed);
     /// Holds replies back until release().
     void hold();
     void release();
 
     std::vector<Request> requests() const;
     int connection_count() const { return connection_count_; }
+    /// Replies that were wrong.
+    int fault_count() const { return fault_count_; }
     /// Replies that the client did not wait for, or did not read to the end.
     int aborted_count() const { return aborted_count_; }
 
@@ -78,7 +84,7 @@ private:
     bool is_left(int handle, int milliseconds) const;
 
     int listener_ = -1, port_ = 0;
-    std::atomic<int> connection_count_{0}, aborted_count_{0};
+    std::atomic<int> connection_count_{0}, aborted_count_{0}, fault_count_{0};
     mutable std::mutex mutex_;
     std::condition_variable released_;
     bool is_held_ = false;
@@ -86,6 +92,9 @@ private:
     std::map<std::string, std::string> files_;
     std::map<std::string, std::list<ServerFault>> next_faults_;
     std::map<std::string, ServerFault> faults_;
+    ServerFault random_fault_;
+    double random_share_ = 0.0;
+    std::minstd_rand random_;
     std::vector<Request> requests_;
     std::vector<int> handles_;
     std::vector<std::thread> connections_;

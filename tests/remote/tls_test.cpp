@@ -1,15 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "remote_files.h"
-#include "store/test_files.h"
-
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <fstream>
-#include <utility>
+#include "tls_server.h"
 
 namespace terrane::tls_test {
 
@@ -17,95 +7,20 @@ using namespace test;
 
 constexpr std::uint64_t kFileBytes = 10 * kBlock;
 
-/// A program that runs until the end of the scope.
-class Program {
-public:
-    Program(std::vector<std::string> words, const std::string& folder, const std::string& output) {
-        std::vector<char*> arguments;
-        for (std::string& word : words) arguments.push_back(word.data());
-        arguments.push_back(nullptr);
-        posix_spawn_file_actions_t actions;
-        posix_spawn_file_actions_init(&actions);
-        posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-        posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-        posix_spawn_file_actions_addopen(&actions, 1, output.c_str(), O_WRONLY | O_CREAT, 0600);
-        posix_spawn_file_actions_addopen(&actions, 2, output.c_str(), O_WRONLY | O_CREAT, 0600);
-        if (posix_spawnp(&process_, arguments[0], &actions, nullptr, arguments.data(), environ) !=
-            0) {
-            process_ = -1;
-        }
-        posix_spawn_file_actions_destroy(&actions);
-    }
-    ~Program() {
-        if (process_ <= 0) return;
-        kill(process_, SIGKILL);
-        wait();
-    }
-    Program(const Program&) = delete;
-    Program& operator=(const Program&) = delete;
-    bool is_running() const { return process_ > 0; }
-    /// The exit status.
-    int wait() {
-        int status = -1;
-        waitpid(std::exchange(process_, -1), &status, 0);
-        return status;
-    }
-
-private:
-    pid_t process_ = -1;
-};
-
 class Tls : public testing::Test {
 protected:
     static void SetUpTestSuite() { setenv("no_proxy", "127.0.0.1,localhost", 1); }
 
-    /// Makes a certificate for a host, and its key. False if there is no openssl.
-    bool make_certificate(const std::string& host) {
-        const std::string log = folder_.file("openssl.log");
-        Program maker(
-            {"openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
-             "-nodes", "-days", "2", "-subj", "/CN=" + host, "-addext",
-             "subjectAltName=DNS:" + host, "-keyout", host + ".key", "-out", host + ".pem"},
-            folder_.path(), log);
-        if (!maker.is_running()) return false;
-        EXPECT_EQ(maker.wait(), 0) << read_file(log).data();
-        return true;
-    }
-
-    /// Starts `openssl s_server` for the files of the folder, and returns its address.
-    ///
-    /// @param mode -WWW: status 200 and the whole file, without its length. -HTTP: files are whole replies
-    std::string serve(const std::string& host, const std::string& mode) {
-        const std::string output = folder_.file("server.log");
-        server_.reset();
-        unlink(output.c_str());
-        server_ = std::make_unique<Program>(
-            std::vector<std::string>{"openssl", "s_server", "-accept", "127.0.0.1:0", "-cert",
-                                     host + ".pem", "-key", host + ".key", mode},
-            folder_.path(), output);
-        std::string port;
-        EXPECT_TRUE(holds_soon([&] {
-            const std::string name = "ACCEPT 127.0.0.1:";
-            std::ifstream file(output);
-            for (std::string line; std::getline(file, line) && !file.eof();) {
-                if (line.starts_with(name)) port = line.substr(name.size());
-            }
-            return !port.empty();
-        }));
-        return "https://localhost:" + port + "/";
-    }
-
-    TemporaryFolder folder_;
-    std::unique_ptr<Program> server_;
+    TlsServer server_;
 };
 
 TEST_F(Tls, CertificatesAreChecked) {
     const std::vector<std::uint8_t> bytes = file_of(kFileBytes);
-    write_file(folder_.file(kShard), {bytes.begin(), bytes.end()});
+    write_file(server_.file(kShard), {bytes.begin(), bytes.end()});
     // The second certificate is for another host.
     for (const std::string host : {"localhost", "elsewhere"}) {
-        if (!make_certificate(host)) GTEST_SKIP() << "the program openssl was not found";
-        const std::string url = serve(host, "-WWW");
+        if (!server_.make_certificate(host)) GTEST_SKIP() << "the program openssl was not found";
+        const std::string url = server_.serve(host, "-WWW");
         HttpSettings settings = quick_settings();
         const auto untrusting = open_files(url, settings);
         const std::string error = read_one(*untrusting, 0, 10, kFileBytes);
@@ -113,14 +28,14 @@ TEST_F(Tls, CertificatesAreChecked) {
         EXPECT_EQ(untrusting->statistics().failures.certificate, 1u);
         EXPECT_EQ(untrusting->statistics().retries, 0u);
 
-        settings.certificate_file = folder_.file(host + ".pem");
+        settings.certificate_file = server_.file(host + ".pem");
         const auto trusting = open_files(url, settings);
         const std::string answer = read_one(*trusting, 2 * kBlock, kBlock, kFileBytes);
         const bool is_right = host == "localhost";
         EXPECT_EQ(answer.empty(), is_right) << answer;
         EXPECT_EQ(trusting->statistics().failures.certificate, is_right ? 0u : 1u);
 
-        settings.certificate_file = folder_.file("absent.pem");
+        settings.certificate_file = server_.file("absent.pem");
         EXPECT_NE(read_one(*open_files(url, settings), 0, 10, kFileBytes), "");
     }
 }
@@ -128,13 +43,13 @@ TEST_F(Tls, CertificatesAreChecked) {
 TEST_F(Tls, NoRedirectLeadsToAnAddressWithoutTls) {
     HttpServer plain;
     plain.put(kShard, file_of(kFileBytes));
-    if (!make_certificate("localhost")) GTEST_SKIP() << "the program openssl was not found";
+    if (!server_.make_certificate("localhost")) GTEST_SKIP() << "the program openssl was not found";
     const std::string reply =
         "HTTP/1.1 302 Found\r\nLocation: " + plain.url() + kShard + "\r\nContent-Length: 0\r\n\r\n";
-    write_file(folder_.file(kShard), {reply.begin(), reply.end()});
+    write_file(server_.file(kShard), {reply.begin(), reply.end()});
     HttpSettings settings = quick_settings();
-    const std::string url = serve("localhost", "-HTTP");
-    settings.certificate_file = folder_.file("localhost.pem");
+    const std::string url = server_.serve("localhost", "-HTTP");
+    settings.certificate_file = server_.file("localhost.pem");
     const auto files = open_files(url, settings);
     const std::string error = read_one(*files, 0, 10, kFileBytes);
     EXPECT_NE(error.find("a redirect is not permitted"), std::string::npos) << error;
