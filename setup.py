@@ -20,7 +20,7 @@ class CMakeBuild(build_ext):
     def build_extension(self, ext):
         build = pathlib.Path(os.environ.get("TERRANE_BUILD_DIR", pathlib.Path(self.build_temp) / "cmake")).resolve()
         configure = ["cmake", "-S", ROOT, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DTERRANE_TESTS=OFF", "-DTERRANE_TOOLS=OFF",
-                     "-DTERRANE_VOLUME=OFF", "-DTERRANE_REMOTE=OFF", "-DTERRANE_PYTHON_MODULE=ON", "-DBUILD_SHARED_LIBS=OFF",
+                     "-DTERRANE_VOLUME=OFF", "-DTERRANE_PYTHON_MODULE=ON", "-DBUILD_SHARED_LIBS=OFF",
                      f"-DPython_EXECUTABLE={sys.executable}", "-DTERRANE_PYTHON_DIR=python",
                      *shlex.split(os.environ.get("TERRANE_CMAKE_ARGS", ""))]
         subprocess.run(configure, check=True)

@@ -129,6 +129,7 @@ PYBIND11_MODULE(_terrane, module) {
     pybind11::list components;
     for (const char* name : {"terrain", "collision"}) components.append(name);
     if (TERRANE_PYTHON_STORE) components.append("store");
+    if (TERRANE_PYTHON_REMOTE) components.append("remote");
     if (TERRANE_PYTHON_DEM) components.append("dem");
 #if TERRANE_PYTHON_RENDER
     python::bind_pictures(module);

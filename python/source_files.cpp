@@ -14,6 +14,9 @@
 #include <terrane/dem/georeference.h>
 #include <terrane/dem/imagery_raster.h>
 #endif
+#if TERRANE_PYTHON_REMOTE
+#include <terrane/remote/http_files.h>
+#endif
 #if TERRANE_PYTHON_STORE
 #include <terrane/store/chunk_store.h>
 #include <terrane/store/sealed_file.h>
@@ -249,6 +252,61 @@ Source open_store(const py::object& path) {
     return made;
 }
 
+#if TERRANE_PYTHON_REMOTE
+py::object http_statistics(const HttpStatistics& statistics) {
+    const HttpFailures& f = statistics.failures;
+    return make_answer("HttpStatistics", statistics.requests, statistics.bytes,
+                       statistics.memory_hits, statistics.disk_hits, statistics.shared_blocks,
+                       statistics.retries, statistics.cancelled, statistics.discarded,
+                       statistics.damaged_blocks, statistics.cache_faults,
+                       statistics.ignored_ranges,
+                       make_answer("HttpFailures", f.refused, f.busy, f.server_error, f.cut_short,
+                                   f.wrong_range, f.wrong_size, f.timed_out, f.unresolved,
+                                   f.unreachable, f.certificate, f.redirect),
+                       statistics.latency, statistics.bandwidth);
+}
+
+Source open_http_store(const std::string& url, const py::object& cache_folder,
+                       std::uint64_t cache_bytes, std::size_t memory_bytes, std::size_t block_bytes,
+                       std::size_t request_bytes, int connection_count, double connect_timeout,
+                       double stall_timeout, double read_timeout, int retry_count,
+                       double first_retry_delay, double longest_retry_delay, bool use_netrc,
+                       const std::string& authorization, const py::object& certificate_file,
+                       const std::string& user_agent, const std::string& s3_region,
+                       const std::string& s3_endpoint, const std::string& s3_access_key,
+                       const std::string& s3_secret_key, const std::string& s3_session_token) {
+    const HttpSettings settings{.cache_folder = path_text(cache_folder),
+                                .cache_bytes = cache_bytes,
+                                .memory_bytes = memory_bytes,
+                                .block_bytes = block_bytes,
+                                .request_bytes = request_bytes,
+                                .connection_count = connection_count,
+                                .connect_timeout = connect_timeout,
+                                .stall_timeout = stall_timeout,
+                                .read_timeout = read_timeout,
+                                .retry_count = retry_count,
+                                .first_retry_delay = first_retry_delay,
+                                .longest_retry_delay = longest_retry_delay,
+                                .use_netrc = use_netrc,
+                                .authorization = authorization,
+                                .certificate_file = path_text(certificate_file),
+                                .user_agent = user_agent,
+                                .s3 = {.region = s3_region,
+                                       .endpoint = s3_endpoint,
+                                       .access_key = s3_access_key,
+                                       .secret_key = s3_secret_key,
+                                       .session_token = s3_session_token}};
+    StoreInfo info;
+    const std::shared_ptr<const HttpFiles> files =
+        value_or_raise(without_lock([&] { return open_http(url, settings); }));
+    auto source = without_lock([&] { return ChunkStore::open(files, &info); });
+    Source made{value_or_raise(std::move(source)), store_info(info)};
+    made.http_statistics = [files] { return http_statistics(files->statistics()); };
+    made.note = info.note;
+    return made;
+}
+#endif
+
 using Region = std::optional<std::array<double, 4>>;
 
 BakeSettings bake_settings(int level_count, const Region& region, int worker_count) {
@@ -364,6 +422,57 @@ Raises ValueError that names the first shard that is missing or damaged, OSError
 }
 #endif
 
+#if TERRANE_PYTHON_REMOTE
+void bind_http(py::module_& module) {
+    const HttpSettings defaults;
+    module.def(
+        "open_http", &open_http_store, py::arg("url"), py::kw_only(), py::arg("cache_folder") = "",
+        py::arg("cache_bytes") = defaults.cache_bytes,
+        py::arg("memory_bytes") = defaults.memory_bytes,
+        py::arg("block_bytes") = defaults.block_bytes,
+        py::arg("request_bytes") = defaults.request_bytes,
+        py::arg("connection_count") = defaults.connection_count,
+        py::arg("connect_timeout") = defaults.connect_timeout,
+        py::arg("stall_timeout") = defaults.stall_timeout,
+        py::arg("read_timeout") = defaults.read_timeout,
+        py::arg("retry_count") = defaults.retry_count,
+        py::arg("first_retry_delay") = defaults.first_retry_delay,
+        py::arg("longest_retry_delay") = defaults.longest_retry_delay,
+        py::arg("use_netrc") = defaults.use_netrc, py::arg("authorization") = "",
+        py::arg("certificate_file") = "", py::arg("user_agent") = defaults.user_agent,
+        py::arg("s3_region") = defaults.s3.region, py::arg("s3_endpoint") = "",
+        py::arg("s3_access_key") = "", py::arg("s3_secret_key") = "",
+        py::arg("s3_session_token") = "",
+        R"(Opens a baked terrain in shards on an HTTP server. Its chunks are read, and checked, when a Terrain wants them.
+
+url                 of the folder, or of its terrain.json: http, https, or a bucket, s3://bucket/folder/
+cache_folder        of the disk cache, which processes may share; "": none
+cache_bytes         ceiling of the disk cache, 64 blocks or more
+memory_bytes        ceiling of the blocks kept in memory
+block_bytes         files are read in blocks of this size, a power of two
+request_bytes       most bytes of neighbouring blocks in one request
+connection_count    most requests at the same time, 1 to 64
+connect_timeout     to resolve, connect and negotiate TLS, seconds
+stall_timeout       a request that gets less than 1000 bytes/s for so many seconds is repeated
+read_timeout        deadline of one read with all repetitions, seconds
+retry_count         repetitions of a failed request, 0 to 100
+first_retry_delay   seconds before the first repetition; doubled for each further one
+longest_retry_delay limit of this delay, seconds
+use_netrc           user and password from ~/.netrc
+authorization       value of the header Authorization; "": none
+certificate_file    PEM file of trusted certificates; "": those of the system
+user_agent          value of the header User-Agent
+s3_region           of a bucket
+s3_endpoint         address of the bucket's server; "": Amazon's
+s3_access_key       key with which requests to a bucket are signed; "": they are not
+s3_secret_key       belongs to the key
+s3_session_token    of temporary keys; "": none
+
+Raises ValueError for a wrong address or setting, or where it is no store; OSError or TimeoutError where terrain.json cannot
+be read. Without the lock.)");
+}
+#endif
+
 }  // namespace
 
 void bind_files(py::module_& module) {
@@ -438,6 +547,9 @@ Raises OSError (cannot be read), ValueError (bad raster or setting), MemoryError
                R"(Opens a baked terrain: a file, the folder of one in shards, or its terrain.json.
 
 Raises OSError where it cannot be read, ValueError where it is no store or damaged.)");
+#if TERRANE_PYTHON_REMOTE
+    bind_http(module);
+#endif
     module.def(
         "bake", &bake, py::arg("source"), py::arg("path"), py::kw_only(),
         py::arg("level_count") = 0, py::arg("region") = py::none(), py::arg("worker_count") = 0,

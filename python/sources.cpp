@@ -191,7 +191,15 @@ Raises OSError where the source cannot be read.)")
                 if (!source.make_georeference) throw py::value_error("this source is no raster");
                 return source.make_georeference();
             },
-            "The place of a raster on the Earth: a Georeference. ValueError without a CRS.");
+            "The place of a raster on the Earth: a Georeference. ValueError without a CRS.")
+        .def(
+            "http_statistics",
+            [](const Source& source) {
+                if (!source.http_statistics)
+                    throw py::value_error("this source was not opened by open_http()");
+                return source.http_statistics();
+            },
+            "What was read from the server of open_http(), and what went wrong: HttpStatistics.");
     bind_fractal(module);
     bind_files(module);
 }

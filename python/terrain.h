@@ -29,6 +29,7 @@ struct Source {
     std::shared_ptr<const HeightSource> heights;
     py::object info;  ///< terrane.DemInfo, terrane.StoreInfo or None
     std::function<py::object()> make_georeference = {};  ///< of a raster; empty: there is none
+    std::function<py::object()> http_statistics = {};    ///< of a server; empty: there is none
     std::shared_ptr<const DemInfo> dem = {};             ///< of a raster; null: there is none
     std::string file = {};          ///< of a raster or a store; "": there is none
     std::string samples_hash = {};  ///< DemInfo::samples_hash
@@ -40,10 +41,10 @@ struct HeldImagery {
     std::shared_ptr<const ImagerySource> source;
 };
 
-/// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store(), bake()
-/// and ShardBaker.
+/// Adds HeightSource and functions that make one: fractal(), and, if built, open_dem(), open_store(), open_http(),
+/// bake() and ShardBaker.
 void bind_sources(py::module_& module);
-/// Adds Imagery, and, if built, open_dem(), open_imagery(), open_store(), bake() and ShardBaker.
+/// Adds Imagery, and, if built, open_dem(), open_imagery(), open_store(), open_http(), bake() and ShardBaker.
 void bind_files(py::module_& module);
 
 /// Bodies that need ground, as arguments of a terrain. Their trajectories are not stored.

@@ -24,7 +24,7 @@ from ._terrane import __version__, components
 
 __all__ = sorted(_answers.__all__ + [name for name in dir(_terrane) if not name.startswith("_")])
 
-_OPTIONAL = {"open_store": "store", "bake": "store", "ShardBaker": "store", "open_dem": "dem", "open_imagery": "dem", "Renderer": "render",
+_OPTIONAL = {"open_store": "store", "open_http": "remote", "bake": "store", "ShardBaker": "store", "open_dem": "dem", "open_imagery": "dem", "Renderer": "render",
              "Scene": "render", "Model": "render", "Node": "render"}
 _ONLY_IN_CPP = {"read_track": "playback", "Track": "playback", "CameraPath": "playback",
                 "ChunkNodes": "scene", "VolumeEditor": "volume"}

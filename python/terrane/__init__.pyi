@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from .answers import *
 from .answers import (
     BodySettings, BodyState, BodyStates, Casts, Character, ContactEvents, Contacts, DemInfo, Distances, DriverStatus, Frame,
-    Heights, Lattice, LidarScan, MeshStatus, PagerStats, PairDistances, PlaneScale, Rays, RegionState, SceneCounts, SceneHit, StepReport, StoreInfo, Vehicle,
+    Heights, HttpStatistics, Lattice, LidarScan, MeshStatus, PagerStats, PairDistances, PlaneScale, Rays, RegionState, SceneCounts, SceneHit, StepReport, StoreInfo, Vehicle,
     WorldRays)
 
 _Path = Union[str, "os.PathLike[str]"]
@@ -50,6 +50,13 @@ def open_dem(
     height_unit: str = ..., height_scale: float = ..., nodata: Optional[Sequence[float]] = ..., encoding: str = ...,
     cell: float = ..., projection: str = ..., crop: Optional[Sequence[float]] = ..., memory_bytes: int = ..., read_timeout: float = ...,
     progress: Optional[Callable[[float], Optional[bool]]] = ...) -> HeightSource: ...
+
+def open_http(
+    url: str, *, cache_folder: _Path = ..., cache_bytes: int = ..., memory_bytes: int = ..., block_bytes: int = ...,
+    request_bytes: int = ..., connection_count: int = ..., connect_timeout: float = ..., stall_timeout: float = ...,
+    read_timeout: float = ..., retry_count: int = ..., first_retry_delay: float = ..., longest_retry_delay: float = ...,
+    use_netrc: bool = ..., authorization: str = ..., certificate_file: _Path = ..., user_agent: str = ..., s3_region: str = ...,
+    s3_endpoint: str = ..., s3_access_key: str = ..., s3_secret_key: str = ..., s3_session_token: str = ...) -> HeightSource: ...
 
 def open_imagery(
     path: _Path, *, aligned_with: Optional[HeightSource] = ..., bands: Sequence[int] = ...,
@@ -158,6 +165,7 @@ class HeightSource:
     @property
     def info(self) -> Union[DemInfo, StoreInfo, None]: ...
     def georeference(self) -> Georeference: ...
+    def http_statistics(self) -> HttpStatistics: ...
 
 
 class Imagery:

@@ -150,6 +150,41 @@ class StoreInfo(NamedTuple):
     note: bytes
 
 
+class HttpFailures(NamedTuple):
+    """Requests that failed, by cause. Each repetition that fails counts."""
+
+    refused: int  # status 4xx, except 408, 416 and 429, or another that is no success
+    busy: int  # status 429 or 503
+    server_error: int  # other status 5xx
+    cut_short: int  # the reply ended early or was no HTTP
+    wrong_range: int  # not the requested range, the whole of a large file, or an encoded body
+    wrong_size: int  # the file is not as long as it must be
+    timed_out: int  # no connection, or no data, in time; status 408
+    unresolved: int  # the host's name does not resolve
+    unreachable: int  # the connection was refused or lost
+    certificate: int  # the certificate is not trusted, or is for another host
+    redirect: int  # too many redirects, or one to an address that is not permitted
+
+
+class HttpStatistics(NamedTuple):
+    """What was read from a server since open_http(), and what went wrong."""
+
+    requests: int  # that were sent
+    bytes: int  # of replies, without headers
+    memory_hits: int  # blocks found in memory
+    disk_hits: int  # blocks found in the disk cache
+    shared_blocks: int  # that another read had already requested
+    retries: int  # failed requests whose blocks were requested again
+    cancelled: int  # requests that were stopped because nobody waited any more
+    discarded: int  # blocks, or parts of them, that turned out to be damaged
+    damaged_blocks: int  # of the disk cache, removed for a wrong checksum
+    cache_faults: int  # blocks that could not be written to the disk cache
+    ignored_ranges: int  # replies with the whole file in place of a part, which was taken from them
+    failures: HttpFailures
+    latency: float  # seconds from a request to the first byte of its reply; 0: none yet
+    bandwidth: float  # bytes a second of all requests together; 0: none yet
+
+
 class PagerStats(NamedTuple):
     """Counts since a Terrain was made; the first six and bytes_awaited are present values."""
 

@@ -22,7 +22,7 @@ SEES = {
     "playback": {"playback", "terrain", "base"},
     "scene": {"scene", "terrain", "base"},
     "render": {"render", "scene", "terrain", "base"},
-    "python": {"render", "scene", "collision", "dem", "store", "terrain", "base"},
+    "python": {"render", "scene", "collision", "dem", "remote", "store", "terrain", "base"},
     "tools": {"tools", "playback", "render", "scene", "adapters", "collision", "volume", "dem", "remote", "store", "terrain", "base"},
 }
 FOLDER = {"store": "terrain/store", "remote": "terrain/remote", "dem": "terrain/dem", "volume": "terrain/volume", "scene": "render/scene"}  # others are named after their component

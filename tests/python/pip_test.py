@@ -53,7 +53,7 @@ def main():
     run(sys.executable, "-m", "venv", "--system-site-packages", environment)
     # What is slow to compile is left out.
     arguments = "-DCMAKE_BUILD_TYPE=None -DCMAKE_UNITY_BUILD=ON"
-    arguments += "".join(f" -DTERRANE_{name}=OFF" for name in ("RENDER", "SCENE", "DEM", "STORE"))
+    arguments += "".join(f" -DTERRANE_{name}=OFF" for name in ("RENDER", "SCENE", "DEM", "REMOTE", "STORE"))
     if LAUNCHER:
         arguments += " '-DCMAKE_CXX_COMPILER_LAUNCHER=" + ";".join(LAUNCHER) + "'"
     run(environment / "bin/python", "-m", "pip", "install", "--no-build-isolation", "--no-index", "--no-deps", copy,

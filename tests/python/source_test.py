@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Sources: fractals, rasters, baked stores; terrains over them."""
+import http.server
 import os
 import pathlib
+import re
 import subprocess
 import tempfile
+import threading
 import unittest
 
 import numpy as np
@@ -235,6 +238,86 @@ class Store(unittest.TestCase):
             pathlib.Path(path).write_text(pathlib.Path(path).read_text() + "\n")
             with self.assertRaisesRegex(ValueError, "plan.json"):
                 terrane.ShardBaker(terrane.open_dem(path, finest_spacing=5), folder + "/other")
+
+
+class Handler(http.server.SimpleHTTPRequestHandler):
+    """The files of a folder, with ranges."""
+
+    protocol_version = "HTTP/1.1"
+
+    def do_GET(self):
+        self.server.seen.append((self.path, self.headers["User-Agent"]))
+        path = pathlib.Path(self.server.folder, pathlib.PurePath(self.path).name)
+        if not path.is_file():
+            return self.send_error(404)
+        content = path.read_bytes()
+        wanted = re.match(r"bytes=(\d+)-(\d+)$", self.headers["Range"] or "")
+        first, last = map(int, wanted.groups()) if wanted else (0, len(content) - 1)
+        self.send_response(206 if wanted else 200)
+        if wanted:
+            self.send_header("Content-Range", f"bytes {first}-{last}/{len(content)}")
+        self.send_header("Content-Length", str(last + 1 - first))
+        self.end_headers()
+        self.wfile.write(content[first:last + 1])
+
+    def log_message(self, *_):
+        pass
+
+
+@unittest.skipUnless(has("remote"), "HTTP is not built")
+class Remote(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        baker = terrane.ShardBaker(small_fractal(root_size_log2=8, root_count=(2, 1), first_root=(0, 0)), self.folder + "/store",
+                                   note=b"a note")
+        for shard in range(baker.shard_count):
+            baker.bake_shard(shard)
+        self.info = terrane.ShardBaker.combine(self.folder + "/store")
+        self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+        self.server.folder, self.server.seen = self.folder + "/store", []
+        thread = threading.Thread(target=self.server.serve_forever, kwargs={"poll_interval": 0.05})
+        thread.start()
+        self.addCleanup(thread.join)
+        self.addCleanup(self.server.server_close)
+        self.addCleanup(self.server.shutdown)
+        self.address = f"http://127.0.0.1:{self.server.server_port}/world/"
+
+    def test_a_server_has_the_chunks_of_the_folder(self):
+        ours = loaded(terrane.open_store(self.server.folder), (10, 10, 400, 200)).resident
+        for i, url in enumerate((self.address, self.address + "terrain.json")):
+            source = terrane.open_http(url, cache_folder=self.folder + "/cache", user_agent="tester/1")
+            self.assertEqual(source.info, self.info)
+            theirs = loaded(source, (10, 10, 400, 200)).resident
+            np.testing.assert_array_equal(ours.keys, theirs.keys)
+            for k in range(len(ours)):
+                np.testing.assert_array_equal(ours.chunk(k).heights, theirs.chunk(k).heights)
+                np.testing.assert_array_equal(ours.chunk(k).cell_bounds, theirs.chunk(k).cell_bounds)
+            statistics = source.http_statistics()
+            self.assertEqual(statistics.failures, terrane.HttpFailures(*[0] * 11))
+            self.assertEqual((statistics.retries, statistics.cache_faults, statistics.damaged_blocks), (0, 0, 0))
+            # The second time all blocks are in the cache, and only terrain.json is asked for.
+            self.assertEqual((statistics.requests > 1, statistics.disk_hits > 0), (i == 0, i == 1))
+            self.assertGreater(statistics.bytes, 0)
+            self.assertGreater(statistics.latency, 0)
+        self.assertEqual({agent for _, agent in self.server.seen}, {"tester/1"})
+        with self.assertRaisesRegex(ValueError, "open_http"):
+            small_fractal().http_statistics()
+
+    def test_what_cannot_be_opened_is_named(self):
+        for call, error, words in (
+                (lambda: terrane.open_http("ftp://127.0.0.1/"), ValueError, "ftp"),
+                (lambda: terrane.open_http(self.address, connection_count=0), ValueError, "connection_count .* 0"),
+                (lambda: terrane.open_http(self.address, block_bytes=5000), ValueError, "block_bytes .* 5000"),
+                (lambda: terrane.open_http("s3://abc/", s3_region="x/y"), ValueError, "s3.region"),
+                (lambda: terrane.open_http(self.address, blocks=1), TypeError, "blocks")):
+            with self.assertRaisesRegex(error, words) as caught:
+                call()
+            self.assertNotIn("\n", str(caught.exception))
+        os.remove(self.server.folder + "/terrain.json")
+        with self.assertRaisesRegex(OSError, "terrain.json.*404"):
+            terrane.open_http(self.address)
 
 
 class Paging(unittest.TestCase):
