@@ -4,26 +4,16 @@
 
 import asyncio
 import os
-import shutil
-import subprocess
 import sys
 import threading
 import time
 import unittest
 
 os.environ["no_proxy"] = "127.0.0.1"  # before the program's server starts
+import nginx
 from program import Folder, run_json
 
 LATENCY, RATE = 0.1, 10e6  # seconds there and back; bytes a second
-NGINX = shutil.which("nginx") or shutil.which("nginx", path="/usr/sbin")
-CONFIGURATION = """daemon off; master_process off; pid {folder}/nginx.pid; error_log {folder}/error.log;
-events {{ worker_connections 256; }}
-http {{
-    access_log off; client_body_temp_path {folder}/body; proxy_temp_path {folder}/proxy;
-    fastcgi_temp_path {folder}/fastcgi; uwsgi_temp_path {folder}/uwsgi; scgi_temp_path {folder}/scgi;
-    server {{ listen 127.0.0.1:{port}; root {folder}; }}
-}}
-"""
 
 
 class Network:
@@ -88,22 +78,15 @@ class Network:
         self.thread.join()
 
 
-@unittest.skipUnless(NGINX, "nginx is not installed")
+@unittest.skipUnless(nginx.NGINX, "nginx is not installed")
 class Nginx(Folder):
     def setUp(self):
         super().setUp()
         raster = os.path.join(os.path.dirname(__file__), "../../../tools/data/jacksboro.tif")
         run_json("bake", "--dem", raster, "--seed", 7, "--detail-m", 5, "--out", self.path("store"), "--sharded")
-        port = 20000 + os.getpid() % 20000
-        with open(self.path("nginx.conf"), "w", encoding="utf-8") as file:
-            file.write(CONFIGURATION.format(folder=self.folder, port=port))
-        server = subprocess.Popen([NGINX, "-e", self.path("error.log"), "-c", self.path("nginx.conf")])
-        self.addCleanup(server.wait)
-        self.addCleanup(server.terminate)
-        network = Network(port)
+        network = Network(nginx.serve(self))
         self.addCleanup(network.stop)
         self.address = f"http://127.0.0.1:{network.port}/store/"
-        time.sleep(1.0)
 
     def fly(self, *terrain):
         return run_json("fly", *terrain, "--path", "straight", "--speed", 250, "--seconds", 20, "--fps", 30, "--threads", 4,

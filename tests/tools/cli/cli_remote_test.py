@@ -8,13 +8,16 @@ import hmac
 import http.server
 import json
 import os
+import random
 import re
 import shutil
 import subprocess
+import sys
 import threading
+import time
 
 os.environ["no_proxy"] = "127.0.0.1"  # before the program's server starts
-from program import PROGRAM, Folder, ask, main, run, run_json
+from program import PROGRAM, SEED, Folder, ask, main, run, run_json, start
 
 FLIGHT = ["--path", "straight", "--seconds", 1, "--fps", 10, "--threads", 0, "--budget", 20_000, "--size", "160x90"]
 
@@ -76,13 +79,19 @@ def signature(path, headers, access_key, secret_key, region):
 class Server(http.server.ThreadingHTTPServer):
     request_queue_size = 64  # connections beyond the queue wait for a second
 
+    def handle_error(self, request, client_address):
+        if not isinstance(sys.exc_info()[1], ConnectionError):  # by a process that was killed
+            super().handle_error(request, client_address)
 
-class Remote(Folder):
+
+class Served(Folder):
+    DETAIL = []
+
     def setUp(self):
         super().setUp()
         _, raster = self.hills(300, 200)
         self.store = self.path("store")
-        run_json("bake", "--dem", raster, "--out", self.store, "--sharded")
+        run_json("bake", "--dem", raster, *self.DETAIL, "--out", self.store, "--sharded")
         self.server = Server(("127.0.0.1", 0), Handler)
         self.server.folder, self.server.requests, self.server.faults = self.store, [], []
         self.server.keys = None
@@ -94,6 +103,8 @@ class Remote(Folder):
         self.address = f"http://127.0.0.1:{self.server.server_port}/world/"
         self.cache = ["--http-cache", self.path("cache")]
 
+
+class Remote(Served):
     def fly(self, name, *terrain):
         out = self.path(name)
         summary = run_json("fly", *terrain, *FLIGHT, "--out", out)
@@ -206,6 +217,63 @@ class Remote(Folder):
         with open(f"{self.store}/terrain.json", "w") as file:
             file.write("{}")
         self.assert_refused(run("info", "--dem", self.address), [1], self.address)
+
+
+class SharedCache(Served):
+    """Processes in flight at the same time, over more ground than in memory. With TERRANE_LONG, 100 of them are killed."""
+
+    DETAIL = ["--detail-m", 2.5, "--seed", 7]
+    FLIGHT = ["--path", "canyon", "--seconds", 5, "--fps", 3, "--threads", 0, "--budget", 40_000, "--size", "320x180", "--json"]
+
+    def begin(self, name):
+        return start("fly", "--dem", self.address, *self.cache, *self.FLIGHT, "--out", self.path(name))
+
+    def frames(self, name):
+        return [[row[key] for key in ("eye_x_m", "eye_y_m", "triangles", "error_px")] for row in self.rows(f"{name}/frames.csv")]
+
+    def blocks(self):
+        """Files of the cache: complete ones, and those of killed processes."""
+        names = [os.path.join(place, name) for place, _, names in os.walk(self.path("cache")) for name in names]
+        return [name for name in names if name.endswith(".block")], [name for name in names if not name.endswith(".block")]
+
+    def test_two_flights_at_once_and_killed_ones_read_right_blocks(self):
+        kills = 100 if os.environ.get("TERRANE_LONG") else 2
+        chance = random.Random(SEED)
+        print("seed", SEED)
+        run_json("fly", "--dem", self.store, *self.FLIGHT[:-1], "--out", self.path("folder"))
+        wanted = self.frames("folder")
+        killed = left = flights = 0
+        while killed < kills:
+            two = [self.begin("first"), self.begin("second")]
+            while killed < kills and any(one.poll() is None for one in two):
+                for name in self.blocks()[0]:  # so that there is something to write
+                    if chance.random() < 0.5:
+                        os.remove(name)
+                third = self.begin("third")
+                before = len(self.server.requests)
+                while len(self.server.requests) == before and third.poll() is None:
+                    time.sleep(0.001)
+                time.sleep(chance.uniform(0.0, 0.3))
+                third.kill()
+                third.communicate()
+                killed += 1
+                left = max(left, len(self.blocks()[1]))
+            for name, one in zip(("first", "second"), two):
+                out, error = one.communicate(timeout=300)
+                self.assertEqual((one.returncode, error), (0, ""))
+                http = json.loads(out)["http"]
+                self.assertEqual((http["failures"], http["damaged_blocks"], http["discarded"], http["cache_faults"]), ({}, 0, 0, 0))
+                self.assertEqual(self.frames(name), wanted)
+                flights += 1
+        # What all of them left: right blocks, which are enough for a flight.
+        last = self.begin("last")
+        out, error = last.communicate(timeout=300)
+        self.assertEqual((last.returncode, error), (0, ""))
+        http = json.loads(out)["http"]
+        self.assertEqual((http["damaged_blocks"], http["discarded"]), (0, 0))
+        self.assertGreater(http["disk_hits"], 0)
+        self.assertEqual(self.frames("last"), wanted)
+        print(killed, "killed,", flights, "flights,", len(self.blocks()[0]), "blocks, at most", left, "half-written files,", http)
 
 
 if __name__ == "__main__":
