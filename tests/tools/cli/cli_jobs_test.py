@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Shards of a terrain that many processes bake: ranks of MPI and Slurm, and jobs of Slurm.
 
-    cli_jobs_test.py PROGRAM [Ranks|Scripts|Slurm]
+    cli_jobs_test.py PROGRAM [Ranks|Scripts|Slurm|Pieces]
 
 Slurm starts a cluster of one node on this machine, with Debian's slurm-wlm. tools/setup does not install it, because its
 daemons then run as services.
@@ -14,11 +14,15 @@ import json
 import os
 import pwd
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import time
 import unittest
+from random import Random
+
+import numpy as np
 
 from program import PROGRAM, Folder, run, run_json
 
@@ -45,6 +49,69 @@ class Shards(Folder):
         """The folder has the files that one process bakes."""
         run_json("bake", *self.terrain, "--out", self.path("whole"), "--sharded")
         self.assertEqual(self.files(self.out), self.files(self.path("whole")))
+
+
+class Pieces(Shards):
+    """1, 7 and 64 pieces by one process or two at a time, of which ten are killed."""
+
+    PIECES_AND_WORKERS = ((1, 1), (7, 2), (64, 1), (64, 2))
+    KILLS = 10
+    SEED = 64
+
+    def setUp(self):
+        super().setUp()
+        # Shards are 4096 points wide, and the world is square: a strip has many of them for its size.
+        columns, rows = 56_000, 8
+        x, y = np.arange(columns, dtype=np.float32), np.arange(rows, dtype=np.float32)[:, None]
+        random = np.random.default_rng(self.SEED)
+        heights = 500 + 40 * np.sin(x / 5) * np.cos(y / 7) + random.uniform(0, 5, (rows, columns))
+        heights.astype("<f4").tofile(self.path("strip.bil"))
+        with open(self.path("strip.hdr"), "w") as file:
+            file.write(f"ncols {columns}\nnrows {rows}\nnbits 32\npixeltype float\nbyteorder I\nxdim 10\nydim 10\nulxmap 0\nulymap 0\n")
+        self.terrain = ["--dem", self.path("strip.bil")]
+
+    def start(self, out, shards):
+        return subprocess.Popen([PROGRAM, "bake", *map(str, self.terrain), "--out", out, "--shard", ",".join(map(str, shards)), "--threads", "1"],
+                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+
+    def bake_pieces(self, out, count, workers, kills, random):
+        """Bakes the pieces with some processes at a time, in a random order. Returns the number of processes that were killed at work."""
+        shards = run_json("bake", *self.terrain, "--out", out, "--plan")["shards"]
+        self.assertGreaterEqual(shards, 64)
+        waiting = [range(piece, shards, count) for piece in range(count)]
+        random.shuffle(waiting)
+        running, killed = [], 0
+        while waiting or running:
+            while waiting and len(running) < workers:
+                piece = waiting.pop()
+                running.append((piece, self.start(out, piece)))
+            if killed < kills and random.random() < 0.5:
+                time.sleep(random.uniform(0.0, 0.1))
+                running[random.randrange(len(running))][1].kill()
+            piece, process = running.pop(0)
+            message = process.communicate(timeout=600)[1].decode()
+            if process.returncode == -signal.SIGKILL:
+                killed += 1
+                waiting.insert(0, piece)
+            else:
+                self.assertEqual((process.returncode, message), (0, ""))
+        run_json("bake", "--out", out, "--combine")
+        for path in glob.glob(f"{out}/**/*.partial-*", recursive=True):  # of the killed processes
+            os.remove(path)
+        return killed
+
+    def test_have_the_same_bytes(self):
+        random = Random(self.SEED)
+        print(f"seed {self.SEED}")
+        wanted = None
+        for count, workers in self.PIECES_AND_WORKERS:
+            kills = self.KILLS if count > self.KILLS else 0
+            out = self.path(f"{count}-{workers}")
+            self.assertEqual(self.bake_pieces(out, count, workers, kills, random), kills)
+            found = self.files(out)
+            wanted = wanted or found
+            self.assertEqual(found, wanted, f"{count} pieces, {workers} at a time")
+            shutil.rmtree(out)
 
 
 class Ranks(Shards):
