@@ -48,6 +48,7 @@ ResidentSet::ResidentSet(const ResidentSet& before, std::span<const ChunkKey> ev
                          std::vector<std::shared_ptr<const Chunk>> arrived,
                          std::vector<float> fades, std::uint64_t epoch, const Lattice& window)
     : structure_(Change(*before.structure_, window).make(evicted, std::move(arrived))),
+      undrawn_(before.undrawn_),
       fades_(std::move(fades)),
       epoch_(epoch) {
     TERRANE_ASSERT(fades_.size() == structure_->chunks.size() && are_fades(fades_),
@@ -55,10 +56,20 @@ ResidentSet::ResidentSet(const ResidentSet& before, std::span<const ChunkKey> ev
 }
 
 ResidentSet::ResidentSet(const ResidentSet& same, std::vector<float> fades, std::uint64_t epoch)
-    : structure_(same.structure_), fades_(std::move(fades)), epoch_(epoch) {
+    : structure_(same.structure_),
+      undrawn_(same.undrawn_),
+      fades_(std::move(fades)),
+      epoch_(epoch) {
     TERRANE_ASSERT(fades_.size() == structure_->chunks.size() && are_fades(fades_),
                    "each chunk needs a fade of 0 to 1");
 }
+
+ResidentSet::ResidentSet(const ResidentSet& same, std::span<const ChunkKey> removed,
+                         std::span<const UndrawnChunk> added, std::uint64_t epoch)
+    : structure_(same.structure_),
+      undrawn_(Undrawn::make(same.undrawn_.get(), removed, added)),
+      fades_(same.fades_),
+      epoch_(epoch) {}
 
 std::int32_t ResidentSet::Structure::find(const ChunkKey& key) const {
     return table[bucket_of(key)];
@@ -70,6 +81,111 @@ const Chunk* ResidentSet::find_chunk(ChunkKey key) const {
     const Structure& structure = *structure_;
     const std::int32_t found = structure.table[structure.bucket_of(key)];
     return found == kNone ? nullptr : structure.chunks[at(found)].get();
+}
+
+const UndrawnChunk* ResidentSet::find_undrawn(ChunkKey key) const {
+    return undrawn_ == nullptr ? nullptr : undrawn_->find(key);
+}
+
+const Chunk* ResidentSet::find_ground(ChunkKey key) const {
+    if (const Chunk* const drawn = find_chunk(key)) return drawn;
+    const UndrawnChunk* const undrawn = find_undrawn(key);
+    return undrawn == nullptr ? nullptr : undrawn->chunk.get();
+}
+
+std::shared_ptr<const Chunk> ResidentSet::share_ground(ChunkKey key) const {
+    if (const std::int32_t index = find(key); index != kNone) return structure_->chunks[at(index)];
+    const UndrawnChunk* const undrawn = find_undrawn(key);
+    return undrawn == nullptr ? nullptr : undrawn->chunk;
+}
+
+std::size_t ResidentSet::undrawn_count() const {
+    return undrawn_ == nullptr ? 0 : undrawn_->count();
+}
+
+bool ResidentSet::has_solids() const {
+    return !structure_->solids.empty() || (undrawn_ != nullptr && undrawn_->has_solids());
+}
+
+std::shared_ptr<const ResidentSet::Undrawn> ResidentSet::Undrawn::make(
+    const Undrawn* before, std::span<const ChunkKey> removed, std::span<const UndrawnChunk> added) {
+    auto made = std::make_shared<Undrawn>();
+    if (before == nullptr) {
+        const auto empty = std::make_shared<const Page>();
+        made->pages_.assign(2, empty);
+    } else {
+        *made = *before;
+    }
+    made->own_pages_.assign(made->pages_.size(), nullptr);
+    for (const ChunkKey& key : removed) made->remove(key);
+    for (const UndrawnChunk& chunk : added) {
+        while (!made->add(chunk)) made->grow();
+    }
+    made->own_pages_ = {};
+    return made->count_ == 0 ? nullptr : made;
+}
+
+// Twice as many pages.
+void ResidentSet::Undrawn::grow() {
+    const std::vector<std::shared_ptr<const Page>> old = std::exchange(pages_, {});
+    const auto empty = std::make_shared<const Page>();
+    pages_.assign(2 * old.size(), empty);
+    own_pages_.assign(pages_.size(), nullptr);
+    --shift_;
+    count_ = solid_count_ = 0;
+    for (const auto& page : old) {
+        for (const UndrawnChunk& chunk : page->slots) {
+            if (is_free(chunk)) continue;
+            while (!add(chunk)) grow();
+        }
+    }
+}
+
+ResidentSet::Undrawn::Page& ResidentSet::Undrawn::own_page(std::size_t index) {
+    if (own_pages_[index] == nullptr) {
+        auto copy = std::make_shared<Page>(*pages_[index]);
+        own_pages_[index] = copy.get();
+        pages_[index] = std::move(copy);
+    }
+    return *own_pages_[index];
+}
+
+// Adds or replaces a chunk. Returns false if there must be more pages first.
+bool ResidentSet::Undrawn::add(const UndrawnChunk& chunk) {
+    TERRANE_ASSERT(!is_free(chunk), "an undrawn chunk is a chunk or its outline");
+    remove(chunk.key);
+    const std::uint64_t hash = hash_of(chunk.key);
+    const std::size_t index = hash >> shift_;
+    if (count_ >= kMostMean * pages_.size() || pages_[index]->count + 1 == kSlots) return false;
+    Page& page = own_page(index);
+    std::size_t slot = first_slot(hash);
+    while (!is_free(page.slots[slot])) slot = (slot + 1) % kSlots;
+    page.slots[slot] = chunk;
+    ++page.count;
+    ++count_;
+    solid_count_ += chunk.chunk != nullptr && chunk.chunk->solid != nullptr ? 1u : 0u;
+    return true;
+}
+
+// Does nothing for a chunk that is not there.
+void ResidentSet::Undrawn::remove(const ChunkKey& key) {
+    const UndrawnChunk* const found = find(key);
+    if (found == nullptr) return;
+    solid_count_ -= found->chunk != nullptr && found->chunk->solid != nullptr ? 1u : 0u;
+    --count_;
+    const std::size_t index = hash_of(key) >> shift_;
+    auto at = static_cast<std::size_t>(found - pages_[index]->slots.data());
+    Page& page = own_page(index);
+    page.slots[at] = {};
+    --page.count;
+    // moves back the chunks that were placed beyond their first slot
+    for (std::size_t next = (at + 1) % kSlots; !is_free(page.slots[next]);
+         next = (next + 1) % kSlots) {
+        const std::size_t wanted = first_slot(hash_of(page.slots[next].key));
+        if ((next - wanted) % kSlots < (next - at) % kSlots) continue;
+        page.slots[at] = std::exchange(page.slots[next], {});
+        at = next;
+    }
 }
 
 namespace {

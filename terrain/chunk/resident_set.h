@@ -32,6 +32,62 @@ struct ResidentSet::Owners {
     }
 };
 
+/// The undrawn chunks of a set: a hash table in pages. A new set copies the pages that change and shares the others
+/// with the previous set.
+class ResidentSet::Undrawn {
+public:
+    /// @param before null: none
+    /// @return null if no chunks remain
+    static std::shared_ptr<const Undrawn> make(const Undrawn* before,
+                                               std::span<const ChunkKey> removed,
+                                               std::span<const UndrawnChunk> added);
+
+    const UndrawnChunk* find(const ChunkKey& key) const {
+        const std::uint64_t hash = hash_of(key);
+        const Page& page = *pages_[hash >> shift_];
+        for (std::size_t slot = first_slot(hash);; slot = (slot + 1) % kSlots) {
+            const UndrawnChunk& found = page.slots[slot];
+            if (is_free(found)) return nullptr;
+            if (found.key == key) return &found;
+        }
+    }
+    std::size_t count() const { return count_; }
+    bool has_solids() const { return solid_count_ > 0; }
+
+private:
+    // Linear probing. A page always has a free slot; with the mean number of chunks it is far from full.
+    static constexpr int kSlotsLog2 = 5;
+    static constexpr std::size_t kSlots = std::size_t{1} << kSlotsLog2;
+    static constexpr std::size_t kMostMean = 10;
+    struct Page {
+        std::array<UndrawnChunk, kSlots> slots;
+        std::size_t count = 0;
+    };
+
+    static bool is_free(const UndrawnChunk& slot) {
+        return slot.chunk == nullptr && slot.outline == nullptr;
+    }
+    static std::uint64_t hash_of(const ChunkKey& key) {
+        const std::uint64_t packed = static_cast<std::uint32_t>(key.x) |
+                                     std::uint64_t{static_cast<std::uint32_t>(key.y)} << 32;
+        return (packed + key.level * 0xd1b54a32d192ed03u) * 0x9e3779b97f4a7c15u;
+    }
+    std::size_t first_slot(std::uint64_t hash) const {
+        return (hash >> (shift_ - kSlotsLog2)) % kSlots;
+    }
+
+    void grow();
+    Page& own_page(std::size_t index);
+    bool add(const UndrawnChunk& chunk);
+    void remove(const ChunkKey& key);
+
+    std::vector<std::shared_ptr<const Page>> pages_;  // 2^(64 - shift_), at least two
+    std::vector<Page*> own_pages_;                    // [pages_] null: shared with an older set
+    int shift_ = 63;
+    std::size_t count_ = 0;
+    std::size_t solid_count_ = 0;
+};
+
 /// Derives a structure from an older one.
 class ResidentSet::Change {
 public:

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "chunk/chunk_outline.h"
 #include "ground/ray_walk.h"
 
 #include <terrane/base/result.h>
@@ -61,26 +62,6 @@ SampleRange range_of_blocks(const Chunk& chunk, const ChunkCells& cells) {
     SampleRange range = kNothing;
     add_blocks(chunk.pyramid, log2_side, cells.west & corner, cells.south & corner, cells, range);
     return range;
-}
-
-// The largest error bound of the cells of an aligned square.
-float largest_bound(const Chunk& chunk, int west, int south, int side) {
-    float bound = 0.0f;
-    if (side >= kAreaCells) {
-        for (int row = south / kAreaCells; row < (south + side) / kAreaCells; ++row) {
-            for (int column = west / kAreaCells; column < (west + side) / kAreaCells; ++column) {
-                const auto area = static_cast<std::size_t>(row * kChunkAreas + column);
-                bound = std::max(bound, chunk.areas[area].max_cell_bound);
-            }
-        }
-        return bound;
-    }
-    for (int row = south; row < south + side; ++row) {
-        for (int column = west; column < west + side; ++column) {
-            bound = std::max(bound, chunk.cell_bounds[cell_index(column, row)]);
-        }
-    }
-    return bound;
 }
 
 }  // namespace
@@ -153,32 +134,14 @@ GroundCell Ground::cell(std::int64_t column, std::int64_t row) const {
     return GroundReader(*this).cell(column, row);
 }
 
-// Bounds of the contact surface over an absent chunk: the range of its finest resident ancestor's samples there,
-// widened by their error bound to the true surface. Unbounded if no ancestor is resident.
+// Bounds of the contact surface over an absent chunk, from its finest resident ancestor. Unbounded if there is none.
 SampleRange Ground::range_of_absent(const ChunkKey& key) const {
     for (ChunkKey ancestor = key; ancestor.level > 0;) {
         ancestor = ancestor.parent();
-        const std::int32_t found = resident_->find(ancestor);
-        if (found == ResidentSet::kNone) continue;
-        const Chunk& chunk = *resident_->chunks()[static_cast<std::size_t>(found)];
-        // the ancestor's cells over the chunk, at least one
-        const int below = key.level - ancestor.level;
-        const int side = std::max(kChunkCells >> below, 1);
-        const auto cell_of = [&](std::int32_t index, std::int32_t first) {
-            const std::int64_t chunks = index - (std::int64_t{first} << below);
-            return static_cast<int>((chunks * kChunkCells) >> below);
-        };
-        const int west = cell_of(key.x, ancestor.x);
-        const int south = cell_of(key.y, ancestor.y);
-        const int log2_side = std::countr_zero(static_cast<unsigned>(side));
-        const SampleRange samples = chunk.samples_in(log2_side, west, south);
-        const float bound = largest_bound(chunk, west, south, side);
-        // one more quantum, for the rounding of the absent samples
-        const double margin = std::ceil(static_cast<double>(bound) / quantum_) + 1.0;
-        const auto clamp = [](double quanta) {
-            return static_cast<std::int32_t>(std::clamp(quanta, -2147483648.0, 2147483647.0));
-        };
-        return {clamp(samples.low - margin), clamp(samples.high + margin)};
+        if (const Chunk* const chunk = resident_->find_ground(ancestor))
+            return internal::range_over(*chunk, key, quantum_);
+        if (const UndrawnChunk* const undrawn = resident_->find_undrawn(ancestor))
+            return internal::range_over(*undrawn->outline, key);
     }
     return kEverything;
 }

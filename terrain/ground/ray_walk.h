@@ -72,9 +72,9 @@ inline std::int64_t Ground::Lines::last_up_to(double p) const {
 }
 
 inline const Chunk* Ground::find_chunk(std::int64_t column, std::int64_t row) const {
-    return resident_->find_chunk({static_cast<std::int32_t>(column >> kChunkShift),
-                                  static_cast<std::int32_t>(row >> kChunkShift),
-                                  static_cast<std::uint8_t>(level_)});
+    return resident_->find_ground({static_cast<std::int32_t>(column >> kChunkShift),
+                                   static_cast<std::int32_t>(row >> kChunkShift),
+                                   static_cast<std::uint8_t>(level_)});
 }
 
 inline GroundCell Ground::read_cell(const Chunk& chunk, std::int64_t column, std::int64_t row) {

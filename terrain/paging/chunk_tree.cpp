@@ -145,18 +145,23 @@ void ChunkTree::set_window(const Lattice& window) {
 
 ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
     const ChunkKey key = chunk->key;
+    if (const Index outlined = find(key); outlined != kNone) {
+        TERRANE_ASSERT((*this)[outlined].chunk == nullptr, "no chunk may be resident twice");
+        replace(outlined, std::move(chunk));
+        return outlined;
+    }
     Index index = capacity();
     if (free_.empty()) {
         nodes_.emplace_back();
+        quadrants_.emplace_back();
     } else {
         index = free_.back();
         free_.pop_back();
     }
-    const bool is_first = index_.emplace(key, index).second;
-    TERRANE_ASSERT(is_first, "no chunk may be resident twice");
-    static_cast<void>(is_first);
+    index_.emplace(key, index);
     Node& node = (*this)[index];
     node = {};
+    node.key = key;
     if (key.level > 0) {
         node.parent = find(key.parent());
         TERRANE_ASSERT(node.parent != kNone, "the parent of a resident chunk must be resident");
@@ -164,64 +169,88 @@ ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
         parent.child[static_cast<std::size_t>(key.quadrant())] = index;
         ++parent.child_count;
     }
-    node.chunk = std::move(chunk);
-    if (key.level < lattice_.finest_level) find_quadrants(node);
+    replace(index, std::move(chunk));
     return index;
 }
 
-// Computes boxes and bounds of all quadrants.
-void ChunkTree::find_quadrants(Node& node) const {
-    for (int quadrant = 0; quadrant < 4; ++quadrant) find_quadrant(node, quadrant);
+// Draws a node and those of its descendants that are resident without a gap, or none of them.
+void ChunkTree::set_drawn(Index index, bool is_drawn) {
+    Node& node = (*this)[index];
+    if (node.is_drawn == is_drawn || node.chunk == nullptr) return;
+    node.is_drawn = is_drawn;
+    node.is_new = is_drawn;
+    node.is_fading_out = false;
+    node.inverse_fade = 1.0;
+    if (is_drawn) shown_.push_back(index);
+    changes_.push_back(node.key);
+    for (const Index child : node.child) {
+        if (child != kNone) set_drawn(child, is_drawn);
+    }
 }
 
-void ChunkTree::find_quadrant(Node& node, int quadrant) const {
-    const Chunk& chunk = *node.chunk;
+// Computes boxes and bounds of all quadrants.
+void ChunkTree::find_quadrants(Index index) {
+    for (int quadrant = 0; quadrant < 4; ++quadrant) find_quadrant(index, quadrant);
+}
+
+void ChunkTree::find_quadrant(Index index, int quadrant) {
+    const Node& node = (*this)[index];
+    Quadrants& found = quadrants_[static_cast<std::size_t>(index)];
     const auto at = static_cast<std::size_t>(quadrant);
-    const ChunkKey child = chunk.key.child(quadrant);
-    double bound = static_cast<double>(chunk.quadrant_bound[at]);
+    const ChunkKey child = node.key.child(quadrant);
+    double bound = node.quadrant_bound(quadrant);
+    const SampleRange samples = node.chunk != nullptr ? range_of_quadrant(*node.chunk, quadrant)
+                                                      : node.outline->quadrant_range[at];
     // the box bounds the surface over the child, extended by one of the child's cells
     const double margin = lattice_.level_spacing(child.level);
-    constexpr int kHalf = kChunkAreas / 2;
-    std::int32_t low = chunk.high;
-    std::int32_t high = chunk.low;
-    for (int i = 0; i < kHalf * kHalf; ++i) {
-        const int column = i % kHalf + (quadrant & 1) * kHalf;
-        const int row = i / kHalf + (quadrant >> 1) * kHalf;
-        const Chunk::Area& area = chunk.areas[static_cast<std::size_t>(row * kChunkAreas + column)];
-        low = std::min(low, area.low);
-        high = std::max(high, area.high);
-    }
-    HeightInterval heights{lattice_.quantum * low - bound, lattice_.quantum * high + bound};
+    HeightInterval heights{lattice_.quantum * samples.low - bound,
+                           lattice_.quantum * samples.high + bound};
     if (const auto solid = source_->solid_extent(child)) {
         bound += solid->error_m;
         heights = {std::min(heights.low, solid->heights.low),
                    std::max(heights.high, solid->heights.high)};
     }
     const WorldRect rect = rect_of(lattice_, child);
-    node.bounds[at] = bound;
-    node.boxes[at] = {{rect.west - margin, rect.south - margin, heights.low},
-                      {rect.east + margin, rect.north + margin, heights.high}};
+    found.bounds[at] = bound;
+    found.boxes[at] = {{rect.west - margin, rect.south - margin, heights.low},
+                       {rect.east + margin, rect.north + margin, heights.high}};
 }
 
 void ChunkTree::replace(Index index, std::shared_ptr<const Chunk> chunk) {
     Node& node = (*this)[index];
-    TERRANE_ASSERT(node.chunk->key == chunk->key, "a chunk is replaced by one of its key");
+    TERRANE_ASSERT(node.key == chunk->key, "a chunk is replaced by one of its key");
     node.chunk = std::move(chunk);
+    node.bytes = node.chunk->bytes();
+    node.outline.reset();
     node.visibility.reset();
-    if (node.chunk->key.level < lattice_.finest_level) find_quadrants(node);
+    changes_.push_back(node.key);
+    if (node.key.level < lattice_.finest_level) find_quadrants(index);
+    set_drawn(index, node.parent == kNone || (*this)[node.parent].is_drawn);
+}
+
+void ChunkTree::replace(Index index, std::shared_ptr<const ChunkOutline> outline) {
+    Node& node = (*this)[index];
+    TERRANE_ASSERT(node.key == outline->key && node.parent != kNone,
+                   "a chunk is replaced by its outline, and roots are always drawn");
+    set_drawn(index, false);
+    node.chunk.reset();
+    node.bytes = outline->bytes();
+    node.outline = std::move(outline);
+    changes_.push_back(node.key);
 }
 
 void ChunkTree::refresh_above(const ChunkKey& key) {
     for (ChunkKey at = key; at.level > 0; at = at.parent()) {
         const Index above = find(at.parent());
-        if (above != kNone) find_quadrant((*this)[above], at.quadrant());
+        if (above != kNone) find_quadrant(above, at.quadrant());
     }
 }
 
 void ChunkTree::erase(Index index) {
     Node& node = (*this)[index];
     TERRANE_ASSERT(node.child_count == 0, "children go before their parents");
-    const ChunkKey key = node.chunk->key;
+    const ChunkKey key = node.key;
+    changes_.push_back(key);
     if (node.parent != kNone) {
         Node& parent = (*this)[node.parent];
         parent.child[static_cast<std::size_t>(key.quadrant())] = kNone;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "chunk/chunk_outline.h"
 #include "paging/demand/need.h"
 
 #include <terrane/terrain/chunk.h>
@@ -13,6 +14,7 @@
 #include <optional>
 #include <span>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace terrane::internal {
@@ -63,41 +65,69 @@ public:
     using Index = std::int32_t;
     static constexpr Index kNone = -1;
 
+    /// A resident chunk, or its outline; neither in a free node. It is drawn if the chunk and all its ancestors are
+    /// there.
     struct Node {
-        std::shared_ptr<const Chunk> chunk;
+        ChunkKey key;
         Index parent = kNone;
         std::array<Index, 4> child{kNone, kNone, kNone, kNone};
         int child_count = 0;
-        /// [quadrant] Bounding box of the surface, and error bound, metres, if the child is absent.
-        std::array<WorldBox, 4> boxes;
-        std::array<double, 4> bounds{};
-
-        Need need;                                                          ///< from the last plan
-        std::size_t bytes_read = 0;                                         ///< from storage
-        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< kept until then
+        bool is_drawn = false;
+        bool is_to_be_drawn =
+            false;  ///< at the last plan: whether a camera or a region needs the chunk
         bool was_needed = false;      ///< has been needed while resident
         bool is_fading_out = false;   ///< fades until its eviction
         bool was_fading_out = false;  ///< at the previous plan
-        bool is_new = true;           ///< not in a ResidentSet yet
+        bool is_new = false;          ///< drawn, but not in a ResidentSet yet
+        bool is_fading = false;       ///< in the pager's list of chunks whose fade may change
+        Need need;                    ///< from the last plan
+        double contact_until_s = -std::numeric_limits<double>::infinity();  ///< kept until then
+        std::size_t bytes = 0;       ///< of the chunk or the outline
+        std::size_t bytes_read = 0;  ///< from storage
+        std::shared_ptr<const ChunkOutline> outline;
+        std::shared_ptr<const Chunk> chunk;
+
         double inverse_fade = 1.0;
         std::optional<FadeVisibility> visibility;  ///< of this update, computed on demand
+
+        bool is_free() const { return chunk == nullptr && outline == nullptr; }
+        /// Largest cell bound of a quadrant, metres. Requires a node that is not free.
+        double quadrant_bound(int quadrant) const {
+            const auto at = static_cast<std::size_t>(quadrant);
+            return static_cast<double>(chunk != nullptr ? chunk->quadrant_bound[at]
+                                                        : outline->quadrant_bound[at]);
+        }
+    };
+
+    /// What cameras need to know of the quadrants of a chunk, apart from the nodes, which every plan reads.
+    struct Quadrants {
+        /// [quadrant] Bounding box of the surface, and error bound, metres, if the child is absent.
+        std::array<WorldBox, 4> boxes;
+        std::array<double, 4> bounds{};
     };
 
     /// @param source gives the extents of volumes; has the same lattice, and outlives the tree
     ChunkTree(const Lattice& lattice, const ChunkSource& source);
 
-    /// Requires a chunk that is not resident, and a resident parent unless it is a root.
+    /// Inserts a chunk with a resident parent, unless it is a root. Replaces the outline of the chunk, if there is one;
+    /// the chunk itself must not be resident.
     Index insert(std::shared_ptr<const Chunk> chunk);
     /// Requires a chunk without children.
     void erase(Index index);
-    /// Replaces a chunk by another one of the same key.
+    /// Replaces a chunk, or its outline, by a chunk of the same key.
     void replace(Index index, std::shared_ptr<const Chunk> chunk);
+    /// Replaces a chunk by its outline. Its descendants are not drawn any more.
+    void replace(Index index, std::shared_ptr<const ChunkOutline> outline);
     /// Updates boxes and bounds of a chunk's resident ancestors after volumes over the chunk have changed.
     void refresh_above(const ChunkKey& key);
 
     Index find(const ChunkKey& key) const;
     Node& operator[](Index index) { return nodes_[static_cast<std::size_t>(index)]; }
     const Node& operator[](Index index) const { return nodes_[static_cast<std::size_t>(index)]; }
+    /// The quadrants of a node's chunk, of a level above the finest.
+    const Quadrants& quadrants(Index index) const {
+        return quadrants_[static_cast<std::size_t>(index)];
+    }
     std::size_t size() const { return index_.size(); }
     /// Nodes have indices below capacity(); those without a chunk are free.
     Index capacity() const { return static_cast<Index>(nodes_.size()); }
@@ -110,15 +140,25 @@ public:
     /// Keys of the window's root squares, row by row.
     const std::vector<ChunkKey>& roots() const { return roots_; }
 
+    /// Keys of the chunks that were inserted, replaced, erased, shown or hidden since the last call; some repeatedly.
+    std::vector<ChunkKey> take_changes() { return std::exchange(changes_, {}); }
+    bool has_changes() const { return !changes_.empty(); }
+    /// Nodes that were drawn since the last call and whose fades have not begun; some may be free by now.
+    std::vector<Index> take_shown() { return std::exchange(shown_, {}); }
+
 private:
-    void find_quadrants(Node& node) const;
-    void find_quadrant(Node& node, int quadrant) const;
+    void set_drawn(Index index, bool is_drawn);
+    void find_quadrants(Index index);
+    void find_quadrant(Index index, int quadrant);
 
     const ChunkSource* source_;
     Lattice lattice_, window_;
     std::vector<ChunkKey> roots_;
     std::vector<Node> nodes_;
+    std::vector<Quadrants> quadrants_;  // [nodes_]
     std::vector<Index> free_;
+    std::vector<ChunkKey> changes_;
+    std::vector<Index> shown_;
     std::unordered_map<ChunkKey, Index, ChunkKeyHash> index_;  // never iterated
 };
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "paging/memory_budget.h"
 
+#include "chunk/chunk_outline.h"
+
+#include <terrane/base/result.h>
+
 #include <algorithm>
 #include <tuple>
 
@@ -30,25 +34,30 @@ bool MemoryBudget::EvictionCandidate::operator<(const EvictionCandidate& other) 
 void MemoryBudget::begin_update(std::span<const FadeObserver> observers, bool skips_fades) {
     observers_ = observers;
     skips_fades_ = skips_fades;
-    for (ChunkTree::Index i = 0; i < tree_->capacity(); ++i) (*tree_)[i].visibility.reset();
+    for (const ChunkTree::Index i : visible_) (*tree_)[i].visibility.reset();
+    visible_.clear();
 }
 
-void MemoryBudget::begin_plan(std::span<const PredictedView> predicted_views, bool has_contact,
+void MemoryBudget::begin_plan(std::span<const PredictedView> predicted_views,
+                              std::span<const ChunkTree::Index> needed, bool has_contact,
                               PagerStats& stats) {
     predicted_views_ = predicted_views;
     stats_ = &stats;
     ++update_;
-    pending_bytes_ = fading_out_count_ = fading_out_bytes_ = 0;
+    pending_bytes_ = fading_out_bytes_ = 0;
     is_listed_ = false;
     for (auto& tier : candidates_) tier = {};
     std::erase_if(awaiting_release_, [this](const EvictedChunk& evicted) {
         return evicted.chunk.expired() || update_ > evicted.update + kHeldUpdates;
     });
+    for (const ChunkTree::Index i : faded_out_) (*tree_)[i].was_fading_out = false;
+    faded_out_ = std::exchange(fading_out_, {});
+    for (const ChunkTree::Index i : faded_out_) {
+        (*tree_)[i].was_fading_out = std::exchange((*tree_)[i].is_fading_out, false);
+    }
     std::size_t contact_bytes = 0;
-    for (ChunkTree::Index i = 0; i < tree_->capacity(); ++i) {
-        ChunkTree::Node& node = (*tree_)[i];
-        node.was_fading_out = std::exchange(node.is_fading_out, false);
-        if (node.chunk && node.need.why == NeedClass::contact) contact_bytes += node.chunk->bytes();
+    for (const ChunkTree::Index i : needed) {
+        if ((*tree_)[i].need.why == NeedClass::contact) contact_bytes += (*tree_)[i].bytes;
     }
     const auto share = static_cast<std::size_t>(settings_.contact_share *
                                                 static_cast<double>(settings_.memory_bytes));
@@ -60,16 +69,21 @@ std::size_t MemoryBudget::limit(NeedClass why) const {
                                      : settings_.memory_bytes - contact_reserve_;
 }
 
-std::size_t MemoryBudget::soon_free_bytes() {
-    std::size_t sum = fading_out_bytes_;
-    for (const EvictedChunk& evicted : awaiting_release_) {
-        if (!evicted.chunk.expired()) sum += evicted.bytes;
+MemoryBudget::SoonFree::SoonFree(const MemoryBudget& budget) : budget_(&budget) {}
+
+// Chunks that have been evicted since the last call are added to the sum; the others are not looked at again.
+std::size_t MemoryBudget::SoonFree::bytes() {
+    const std::vector<EvictedChunk>& all = budget_->awaiting_release_;
+    for (; counted_ < all.size(); ++counted_) {
+        if (!all[counted_].chunk.expired()) evicted_bytes_ += all[counted_].bytes;
     }
-    return sum;
+    return evicted_bytes_ + budget_->fading_out_bytes_;
 }
 
-const FadeVisibility& MemoryBudget::visibility_of(ChunkTree::Node& node) {
+const FadeVisibility& MemoryBudget::visibility_of(ChunkTree::Index index) {
+    ChunkTree::Node& node = (*tree_)[index];
     if (!node.visibility) {
+        visible_.push_back(index);
         node.visibility =
             find_fade_visibility(tree_->lattice(), *node.chunk, observers_, node.inverse_fade);
     }
@@ -78,12 +92,12 @@ const FadeVisibility& MemoryBudget::visibility_of(ChunkTree::Node& node) {
 
 MemoryBudget::EvictionCandidate MemoryBudget::candidate(ChunkTree::Index index) const {
     const ChunkTree::Node& node = (*tree_)[index];
-    EvictionCandidate made{.key = node.chunk->key, .index = index};
-    switch (node.need.why) {
+    EvictionCandidate made{.key = node.key, .index = index, .is_for_outline = node.child_count > 0};
+    switch (made.is_for_outline ? NeedClass::none : node.need.why) {
         case NeedClass::none:
             if (node.parent != ChunkTree::kNone) {
-                const ChunkTree::Node& parent = (*tree_)[node.parent];
-                const auto quadrant = static_cast<std::size_t>(node.chunk->key.quadrant());
+                const ChunkTree::Quadrants& parent = tree_->quadrants(node.parent);
+                const auto quadrant = static_cast<std::size_t>(node.key.quadrant());
                 for (const PredictedView& predicted : predicted_views_) {
                     made.priority = std::max(
                         made.priority, predicted.ratio_in_any_direction(parent.boxes[quadrant],
@@ -136,9 +150,37 @@ bool MemoryBudget::is_outweighed(const EvictionCandidate& held, const Need& want
 std::priority_queue<MemoryBudget::EvictionCandidate>* MemoryBudget::find_victim(const Need& need) {
     if (!is_listed_) list_candidates();
     for (auto& tier : candidates_) {
+        while (!tier.empty() && is_stale(tier.top())) tier.pop();
         if (!tier.empty() && is_outweighed(tier.top(), need)) return &tier;
     }
     return nullptr;
+}
+
+// Whether a chunk can be replaced by its outline.
+bool MemoryBudget::has_outline(const ChunkTree::Node& node) const {
+    const int below = contact_level_ - node.key.level;
+    return node.chunk != nullptr && node.parent != ChunkTree::kNone && below > 0 &&
+           below <= kMostOutlineDepth;
+}
+
+// Whether an outline would do in place of a chunk: only bodies need it, and nothing below it is drawn but what they
+// stand on.
+bool MemoryBudget::is_coverable(const ChunkTree::Node& node) const {
+    if (!has_outline(node) || node.is_to_be_drawn || node.need.why != NeedClass::contact)
+        return false;
+    return std::ranges::all_of(node.child, [this](ChunkTree::Index child) {
+        if (child == ChunkTree::kNone) return true;
+        const ChunkTree::Node& below = (*tree_)[child];
+        return !below.is_drawn || (below.child_count == 0 && below.need.why == NeedClass::contact);
+    });
+}
+
+// Whether a candidate for an outline has been replaced, or does not fit now.
+bool MemoryBudget::is_stale(const EvictionCandidate& candidate) const {
+    if (!candidate.is_for_outline) return false;
+    const ChunkTree::Node& node = (*tree_)[candidate.index];
+    return node.key != candidate.key || node.child_count == 0 || !is_coverable(node) ||
+           bytes_->load() + outline_bytes(contact_level_ - node.key.level) > settings_.memory_bytes;
 }
 
 void MemoryBudget::add_candidate(ChunkTree::Index index) {
@@ -150,22 +192,46 @@ void MemoryBudget::list_candidates() {
     is_listed_ = true;
     for (ChunkTree::Index i = 0; i < tree_->capacity(); ++i) {
         const ChunkTree::Node& node = (*tree_)[i];
-        if (node.chunk && node.child_count == 0 && node.parent != ChunkTree::kNone) {
-            add_candidate(i);
-        }
+        if (node.is_free() || node.parent == ChunkTree::kNone) continue;
+        if (node.child_count == 0 || is_coverable(node)) add_candidate(i);
     }
 }
 
-void MemoryBudget::evict(ChunkTree::Index index) {
+void MemoryBudget::await_release(const ChunkTree::Node& node) {
+    std::weak_ptr<const void> chunk;
+    if (node.chunk != nullptr) {
+        chunk = node.chunk;
+    } else {
+        chunk = node.outline;
+    }
+    awaiting_release_.push_back({std::move(chunk), node.bytes, update_});
+    evicted_keys_.push_back(node.key);
+}
+
+bool MemoryBudget::outline(ChunkTree::Index index) {
     const ChunkTree::Node& node = (*tree_)[index];
-    const ChunkTree::Index parent = node.parent;
-    awaiting_release_.push_back({node.chunk, node.chunk->bytes(), update_});
-    evicted_keys_.push_back(node.chunk->key);
+    if (!has_outline(node)) return false;
+    struct Claimed {
+        ChunkOutline outline;
+        ByteClaim claim;
+    };
+    const std::size_t bytes = outline_bytes(contact_level_ - node.key.level);
+    ByteClaim claim;
+    if (!claim_replacements(bytes, claim)) return false;
+    const auto made = std::make_shared<const Claimed>(
+        make_outline(*node.chunk, contact_level_, tree_->lattice().quantum), std::move(claim));
+    tree_->replace(index, std::shared_ptr<const ChunkOutline>(made, &made->outline));
+    return true;
+}
+
+void MemoryBudget::evict(ChunkTree::Index index) {
+    const ChunkTree::Index parent = (*tree_)[index].parent;
+    await_release((*tree_)[index]);
     ++stats_->evicted;
     tree_->erase(index);
     if (parent == ChunkTree::kNone) return;
     const ChunkTree::Node& above = (*tree_)[parent];
-    if (above.child_count == 0 && above.parent != ChunkTree::kNone) {
+    if (above.parent != ChunkTree::kNone && (above.child_count == 0 || is_coverable(above))) {
         add_candidate(parent);
     }
 }
@@ -183,25 +249,52 @@ bool MemoryBudget::claim_replacements(std::size_t bytes, ByteClaim& claim) {
     return true;
 }
 
-// Whether a camera would see the removal of a chunk.
-bool MemoryBudget::is_seen(ChunkTree::Node& node) {
-    return !skips_fades_ && !node.is_new && visibility_of(node).ratio > node.inverse_fade;
+// Whether a camera would see the removal of a chunk and of what is drawn below it.
+bool MemoryBudget::is_seen(ChunkTree::Index index) {
+    const ChunkTree::Node& node = (*tree_)[index];
+    if (skips_fades_ || !node.is_drawn) return false;
+    if (!node.is_new && visibility_of(index).ratio > node.inverse_fade) return true;
+    return std::ranges::any_of(node.child, [this](ChunkTree::Index child) {
+        return child != ChunkTree::kNone && is_seen(child);
+    });
 }
 
-// Evicts without a fade.
-void MemoryBudget::evict_at_once(ChunkTree::Index index) {
-    stats_->hard_evictions += is_seen((*tree_)[index]) ? 1u : 0u;
-    evict(index);
+void MemoryBudget::begin_fading_out(ChunkTree::Index index) {
+    ChunkTree::Node& node = (*tree_)[index];
+    if (!node.is_drawn) return;
+    node.is_fading_out = true;
+    fading_out_.push_back(index);
+    for (const ChunkTree::Index child : node.child) {
+        if (child != ChunkTree::kNone) begin_fading_out(child);
+    }
+}
+
+// Evicts, or replaces by an outline, without a fade.
+void MemoryBudget::evict_at_once(const EvictionCandidate& victim) {
+    const ChunkTree::Index index = victim.index;
+    stats_->hard_evictions += is_seen(index) ? 1u : 0u;
+    if (!victim.is_for_outline) {
+        evict(index);
+        return;
+    }
+    await_release((*tree_)[index]);
+    ++stats_->evicted;
+    const bool is_outlined = outline(index);
+    TERRANE_ASSERT(is_outlined, "an outline must fit: see is_stale()");
+    static_cast<void>(is_outlined);
+    const ChunkTree::Index parent = (*tree_)[index].parent;
+    if (is_coverable((*tree_)[parent])) add_candidate(parent);
 }
 
 // Evicts for a need until so many more bytes fit, counting bytes that will soon be released. Returns whether they fit.
 bool MemoryBudget::evict_for(const Need& need, std::size_t bytes) {
-    while (bytes_->load() + bytes > settings_.memory_bytes + soon_free_bytes()) {
+    SoonFree soon_free(*this);
+    while (bytes_->load() + bytes > settings_.memory_bytes + soon_free.bytes()) {
         std::priority_queue<EvictionCandidate>* const tier = find_victim(need);
         if (tier == nullptr) return false;
-        const ChunkTree::Index index = tier->top().index;
+        const EvictionCandidate victim = tier->top();
         tier->pop();
-        evict_at_once(index);
+        evict_at_once(victim);
     }
     return true;
 }
@@ -216,9 +309,8 @@ ChunkTree::Index MemoryBudget::finest_leaf() const {
     ChunkTree::Index finest = ChunkTree::kNone;
     for (ChunkTree::Index i = 0; i < tree_->capacity(); ++i) {
         const ChunkTree::Node& node = (*tree_)[i];
-        if (!node.chunk || node.parent == ChunkTree::kNone) continue;
-        if (finest == ChunkTree::kNone ||
-            node.chunk->key.level > (*tree_)[finest].chunk->key.level) {
+        if (node.is_free() || node.parent == ChunkTree::kNone) continue;
+        if (finest == ChunkTree::kNone || node.key.level > (*tree_)[finest].key.level) {
             finest = i;
         }
     }
@@ -229,7 +321,7 @@ void MemoryBudget::keep_ceiling() {
     while (!evict_for({.why = NeedClass::root}, 0)) {
         const ChunkTree::Index pinned = finest_leaf();
         if (pinned == ChunkTree::kNone) return;
-        evict_at_once(pinned);
+        evict_at_once({.key = (*tree_)[pinned].key, .index = pinned});
     }
 }
 
@@ -239,6 +331,7 @@ MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes,
     const bool may_evict = skips_fades_ || is_urgent ||
                            settings_.policy == PagingPolicy::distance ||
                            (need.why == NeedClass::drawn && slack_s <= kEvictAhead_s);
+    SoonFree soon_free(*this);
     for (;;) {
         const std::size_t most = limit(need.why);
         const std::size_t wanted = bytes_->load() + pending_bytes_ + bytes;
@@ -246,7 +339,7 @@ MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes,
             claim = ByteClaim(bytes_, bytes);
             return Admission::granted;
         }
-        if (wanted <= most + soon_free_bytes()) {
+        if (wanted <= most + soon_free.bytes()) {
             pending_bytes_ += bytes;
             ++stats_->over_ceiling;
             return Admission::pending;
@@ -257,20 +350,18 @@ MemoryBudget::Admission MemoryBudget::admit(const Need& need, std::size_t bytes,
             ++stats_->over_ceiling;
             return Admission::refused;
         }
-        const ChunkTree::Index index = tier->top().index;
-        ChunkTree::Node& node = (*tree_)[index];
-        if (!is_urgent && is_seen(node)) {
-            if (fading_out_count_ == kMostFadingOut) {
+        const EvictionCandidate victim = tier->top();
+        if (!is_urgent && is_seen(victim.index)) {
+            if (fading_out_.size() >= kMostFadingOut) {
                 ++stats_->over_ceiling;
                 return Admission::refused;
             }
             tier->pop();
-            node.is_fading_out = true;
-            ++fading_out_count_;
-            fading_out_bytes_ += node.chunk->bytes();
+            begin_fading_out(victim.index);
+            fading_out_bytes_ += (*tree_)[victim.index].bytes;
         } else {
             tier->pop();
-            evict_at_once(index);
+            evict_at_once(victim);
         }
     }
 }

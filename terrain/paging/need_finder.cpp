@@ -74,11 +74,13 @@ Need NeedFinder::retention_need(const ChunkTree::Node& node, const WorldBox& box
     return need;
 }
 
-Need NeedFinder::contact_need(const ChunkKey& key) const {
-    if (key.level > contact_level_) return {};
-    const double time_s = contact_->time_until(key);
-    if (time_s == kNever) return {};
-    return {NeedClass::contact, time_s, contact_->end_of(key), 0.0};
+Need NeedFinder::contact_need(ContactNeeds::Slot slot) const {
+    if (slot == ContactNeeds::kNone) return {};
+    return {NeedClass::contact, contact_->time_until(slot), contact_->end_of(slot), 0.0};
+}
+
+bool NeedFinder::is_of_region(ContactNeeds::Slot slot) const {
+    return slot != ContactNeeds::kNone && contact_->is_of_region(slot);
 }
 
 void NeedFinder::count_used(ChunkTree::Node& node) {
@@ -86,8 +88,8 @@ void NeedFinder::count_used(ChunkTree::Node& node) {
     // a drawn chunk counts as used only if it is visible: PagingPolicy::distance loads chunks in all directions
     bool is_used = node.need.is_needed_now() && node.need.why <= NeedClass::contact;
     if (node.parent != ChunkTree::kNone && node.need.is_needed_now()) {
-        const ChunkTree::Node& parent = (*tree_)[node.parent];
-        const auto at = static_cast<std::size_t>(node.chunk->key.quadrant());
+        const ChunkTree::Quadrants& parent = tree_->quadrants(node.parent);
+        const auto at = static_cast<std::size_t>(node.key.quadrant());
         for (const PredictedView& predicted : predicted_views_) {
             is_used = is_used || predicted.visible_ratio(parent.boxes[at], parent.bounds[at]) > 0.0;
         }
@@ -96,81 +98,129 @@ void NeedFinder::count_used(ChunkTree::Node& node) {
     (is_used ? bytes_.used : bytes_.awaited) += node.bytes_read;
 }
 
-// Sets the needs of a node's descendants, and returns the combined needs of the node and its descendants.
-Need NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index) {
-    const ChunkKey key = tree[index].chunk->key;
-    Need need = tree[index].need;
-    if (key.level == lattice_->finest_level) {
-        count_used(tree[index]);
-        return need;
-    }
-    for (int quadrant = 0; quadrant < 4; ++quadrant) {
-        const auto at = static_cast<std::size_t>(quadrant);
-        ChunkTree::Node& node = tree[index];
-        const ChunkKey child_key = key.child(quadrant);
-        const ChunkTree::Index child = node.child[at];
-        // the arrival time does not depend on residence: otherwise chunks would alternate between resident and absent
-        const double arrival_s = times_->expected_s(child_key.level);
-        Need own =
-            camera_need(node.boxes[at], node.bounds[at], arrival_s, child != ChunkTree::kNone);
-        if (need.why <= NeedClass::contact) own = combine(own, contact_need(child_key));
-        if (child != ChunkTree::kNone) {
-            ChunkTree::Node& held = tree[child];
-            if (own.why == NeedClass::contact) {
-                held.contact_until_s = time_s_ + std::min(own.end_s, own.begin_s + kContactHeld_s);
-            } else if (!own.is_needed()) {
-                own = retention_need(held, node.boxes[at], node.bounds[at], arrival_s);
+void NeedFinder::set_need(ChunkTree::Node& node, ChunkTree::Index index, const Need& need) {
+    node.need = need;
+    needed_.push_back(index);
+}
+
+double NeedFinder::slack_of(const Need& need, double load_s) const {
+    // nearest first
+    if (settings_.policy == PagingPolicy::distance && need.why == NeedClass::drawn)
+        return 1.0 / need.ratio;
+    return need.begin_s - load_s;
+}
+
+// Sets the needs of a node's descendants, and returns the combined needs of the node and its descendants. Requires the
+// node's own needs.
+NeedFinder::Needs NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index,
+                                    ContactNeeds::Slot slot) {
+    Needs needs{tree[index].need, {}};
+    if (tree[index].key.level < lattice_->finest_level) {
+        for (int quadrant = 0; quadrant < 4; ++quadrant) {
+            const ContactNeeds::Slot child_slot = contact_->child(slot, quadrant);
+            // without a camera, only bodies and regions need what is absent
+            if (predicted_views_.empty() && child_slot == ContactNeeds::kNone &&
+                tree[index].child[static_cast<std::size_t>(quadrant)] == ChunkTree::kNone) {
+                continue;
             }
-            held.need = own;
-            if (own.is_needed()) own = visit(tree, child);
-        } else if (own.is_needed()) {
-            visit_absent(child_key, node.boxes[at], node.bounds[at], arrival_s, own);
+            const Needs below = visit_child(tree, index, quadrant, child_slot);
+            needs = {combine(needs.all, below.all), combine(needs.of_drawing, below.of_drawing)};
         }
-        need = combine(need, own);
     }
-    tree[index].need = need;
+    tree[index].need = needs.all;
     count_used(tree[index]);
-    return need;
+    return needs;
 }
 
-// Lists an absent chunk and its urgent descendants. Returns the chunk's slack, reduced for the descendants.
-double NeedFinder::visit_absent(const ChunkKey& key, const WorldBox& box, double bound,
-                                double arrival_s, const Need& need) {
-    const std::size_t index = candidates_.size();
-    candidates_.push_back({key, need});
-    const double own_s = times_->expected_s(key.level);
-    double slack_s = need.begin_s - own_s;
-    if (settings_.policy == PagingPolicy::distance) {
-        if (need.why == NeedClass::drawn) slack_s = 1.0 / need.ratio;  // nearest first
-    } else if (may_guess_ && key.level < lattice_->finest_level) {
-        double below_s = kNever;
-        visit_below_absent(key, box, bound, arrival_s, need.why, below_s);
-        slack_s = std::min(slack_s, below_s - own_s);
+// Sets the need of a child and its descendants if it is resident; lists it if it is absent and needed.
+NeedFinder::Needs NeedFinder::visit_child(ChunkTree& tree, ChunkTree::Index index, int quadrant,
+                                          ContactNeeds::Slot slot) {
+    const auto at = static_cast<std::size_t>(quadrant);
+    const ChunkTree::Node& node = tree[index];
+    const WorldBox& box = tree.quadrants(index).boxes[at];
+    const double bound = tree.quadrants(index).bounds[at];
+    const ChunkTree::Index child = node.child[at];
+    const ChunkKey key = node.key.child(quadrant);
+    // the arrival time does not depend on residence: otherwise chunks would alternate between resident and absent
+    const double arrival_s = times_->expected_s(key.level);
+    const Need contact = contact_need(slot);
+    Needs own;
+    own.of_drawing = camera_need(box, bound, arrival_s, child != ChunkTree::kNone);
+    own.all = combine(own.of_drawing, contact);
+    if (is_of_region(slot)) own.of_drawing = own.all;
+    if (child == ChunkTree::kNone) {
+        if (own.all.is_needed())
+            own.of_drawing = visit_absent(key, slot, box, bound, arrival_s, own).of_drawing;
+        return own;
     }
-    candidates_[index].slack_s = slack_s;
-    return slack_s;
+    ChunkTree::Node& held = tree[child];
+    bool is_retained = false;
+    if (own.all.why == NeedClass::contact) {
+        held.contact_until_s = time_s_ + std::min(own.all.end_s, own.all.begin_s + kContactHeld_s);
+        is_retained = camera_need(box, kAlmost * bound, arrival_s, true).is_needed();
+    } else if (!own.all.is_needed()) {
+        own.all = retention_need(held, box, bound, arrival_s);
+        is_retained = own.all.is_needed();
+    }
+    set_need(held, child, own.all);
+    if (own.all.is_needed()) {
+        const Needs below = visit(tree, child, slot);
+        own = {below.all, combine(own.of_drawing, below.of_drawing)};
+    }
+    held.is_to_be_drawn = own.of_drawing.is_needed() || is_retained;
+    if (own.of_drawing.is_needed() && held.outline != nullptr) {
+        const Need& wanted = own.of_drawing;
+        candidates_.push_back({key, wanted, slack_of(wanted, arrival_s)});
+    }
+    return own;
 }
 
-void NeedFinder::visit_below_absent(const ChunkKey& key, const WorldBox& box, double bound,
-                                    double arrival_s, NeedClass why, double& slack_s) {
+// Lists an absent chunk and its urgent descendants. The slack is reduced for the descendants.
+NeedFinder::Absent NeedFinder::visit_absent(const ChunkKey& key, ContactNeeds::Slot slot,
+                                            const WorldBox& box, double bound, double arrival_s,
+                                            const Needs& needs) {
+    const std::size_t index = candidates_.size();
+    candidates_.push_back({key, needs.all});
+    const double own_s = times_->expected_s(key.level);
+    Absent absent{slack_of(needs.all, own_s), needs.of_drawing};
+    if (settings_.policy == PagingPolicy::deadline && may_guess_ &&
+        key.level < lattice_->finest_level) {
+        const Absent below = visit_below_absent(key, slot, box, bound, arrival_s, needs.all.why);
+        absent = {std::min(absent.slack_s, below.slack_s - own_s),
+                  combine(absent.of_drawing, below.of_drawing)};
+    }
+    candidates_[index].slack_s = absent.slack_s;
+    candidates_[index].is_to_be_drawn = absent.of_drawing.is_needed();
+    return absent;
+}
+
+NeedFinder::Absent NeedFinder::visit_below_absent(const ChunkKey& key, ContactNeeds::Slot slot,
+                                                  const WorldBox& box, double bound,
+                                                  double arrival_s, NeedClass why) {
     const double own_bound = decay(key.level) * bound;
     const double margin = lattice_->level_spacing(key.level + 1);
+    Absent all;
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
+        const ContactNeeds::Slot child_slot = contact_->child(slot, quadrant);
+        if (predicted_views_.empty() && child_slot == ContactNeeds::kNone) continue;
         const ChunkKey child = key.child(quadrant);
         const double arrives_s = arrival_s + times_->expected_s(child.level);
         const WorldRect rect = rect_of(*lattice_, child);
         const WorldBox child_box{{rect.west - margin, rect.south - margin, box.low.z()},
                                  {rect.east + margin, rect.north + margin, box.high.z()}};
-        Need need = camera_need(child_box, own_bound, arrives_s, false);
+        Need seen = camera_need(child_box, own_bound, arrives_s, false);
         // A child that is not urgent is requested after its parent's arrival.
-        const bool is_urgent = need.why == NeedClass::drawn && need.begin_s < arrives_s;
-        if (!is_urgent) need = {};
-        need = combine(need, contact_need(child));
-        if (!need.is_needed()) continue;
-        const double child_slack_s = visit_absent(child, child_box, own_bound, arrives_s, need);
+        const bool is_urgent = seen.why == NeedClass::drawn && seen.begin_s < arrives_s;
+        if (!is_urgent) seen = {};
+        const Need own = combine(seen, contact_need(child_slot));
+        if (!own.is_needed()) continue;
+        const Absent absent = visit_absent(child, child_slot, child_box, own_bound, arrives_s,
+                                           {own, is_of_region(child_slot) ? own : seen});
         // descendants of a lower class do not reduce the slack: that of a contact chunk depends on contact only
-        if (need.why <= why) slack_s = std::min(slack_s, child_slack_s);
+        if (own.why <= why) all.slack_s = std::min(all.slack_s, absent.slack_s);
+        all.of_drawing = combine(all.of_drawing, absent.of_drawing);
     }
+    return all;
 }
 
 NeedFinder::Bytes NeedFinder::find(ChunkTree& tree, std::span<const PredictedView> predicted_views,
@@ -185,15 +235,20 @@ NeedFinder::Bytes NeedFinder::find(ChunkTree& tree, std::span<const PredictedVie
     lattice_ = &tree.lattice();
     candidates_.clear();
     bytes_ = {};
-    for (ChunkTree::Index i = 0; i < tree.capacity(); ++i) tree[i].need = {};
+    for (const ChunkTree::Index i : needed_) {
+        tree[i].need = {};
+        tree[i].is_to_be_drawn = false;
+    }
+    needed_.clear();
     for (const ChunkKey& key : tree.roots()) {
         const Need root{NeedClass::root, 0.0, kNever, 0.0};
         const ChunkTree::Index index = tree.find(key);
         if (index == ChunkTree::kNone) {
-            candidates_.push_back({key, root, -times.expected_s(0), false});
+            candidates_.push_back({key, root, -times.expected_s(0)});
         } else {
-            tree[index].need = root;
-            visit(tree, index);
+            set_need(tree[index], index, root);
+            tree[index].is_to_be_drawn = true;
+            visit(tree, index, contact.find_slot(key));
         }
     }
     return bytes_;

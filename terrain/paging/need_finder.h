@@ -9,6 +9,7 @@
 #include <terrane/terrain/pager.h>
 
 #include <array>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -33,7 +34,10 @@ public:
     };
 
     /// Sets the need of every node and lists the needed absent chunks, including those descendants of absent chunks
-    /// that would arrive late if they were requested only after their parents' arrival.
+    /// that would arrive late if they were requested only after their parents' arrival. A chunk of which only the
+    /// outline is resident counts as absent for cameras and regions.
+    ///
+    /// Cost: proportional to the needed chunks, present and absent, and those needed before
     ///
     /// @param may_guess  false: list only roots and children of resident chunks
     Bytes find(ChunkTree& tree, std::span<const PredictedView> predicted_views,
@@ -41,18 +45,35 @@ public:
 
     /// Candidates of the last find(), unordered.
     std::vector<LoadCandidate>& candidates() { return candidates_; }
+    /// The resident nodes that the last find() visited; all others have no need.
+    std::span<const ChunkTree::Index> needed() const { return needed_; }
 
 private:
     Need camera_need(const WorldBox& box, double bound, double arrival_s, bool is_resident) const;
     Need retention_need(const ChunkTree::Node& node, const WorldBox& box, double bound,
                         double arrival_s) const;
-    Need contact_need(const ChunkKey& key) const;
+    Need contact_need(ContactNeeds::Slot slot) const;
+    bool is_of_region(ContactNeeds::Slot slot) const;
     void count_used(ChunkTree::Node& node);
-    Need visit(ChunkTree& tree, ChunkTree::Index index);
-    double visit_absent(const ChunkKey& key, const WorldBox& box, double bound, double arrival_s,
-                        const Need& need);
-    void visit_below_absent(const ChunkKey& key, const WorldBox& box, double bound,
-                            double arrival_s, NeedClass why, double& slack_s);
+    void set_need(ChunkTree::Node& node, ChunkTree::Index index, const Need& need);
+    double slack_of(const Need& need, double load_s) const;
+    /// The combined needs of a chunk and its descendants.
+    struct Needs {
+        Need all;
+        Need of_drawing;  ///< without those of bodies
+    };
+    Needs visit(ChunkTree& tree, ChunkTree::Index index, ContactNeeds::Slot slot);
+    Needs visit_child(ChunkTree& tree, ChunkTree::Index index, int quadrant,
+                      ContactNeeds::Slot slot);
+    /// What is found at and below absent chunks.
+    struct Absent {
+        double slack_s = std::numeric_limits<double>::infinity();
+        Need of_drawing;
+    };
+    Absent visit_absent(const ChunkKey& key, ContactNeeds::Slot slot, const WorldBox& box,
+                        double bound, double arrival_s, const Needs& needs);
+    Absent visit_below_absent(const ChunkKey& key, ContactNeeds::Slot slot, const WorldBox& box,
+                              double bound, double arrival_s, NeedClass why);
     double decay(int level) const { return decays_[static_cast<std::size_t>(level)]; }
 
     PagerSettings settings_;
@@ -71,6 +92,7 @@ private:
     const Lattice* lattice_ = nullptr;
     Bytes bytes_;
     std::vector<LoadCandidate> candidates_;
+    std::vector<ChunkTree::Index> needed_;  // nodes whose need was set
 };
 
 }  // namespace terrane::internal

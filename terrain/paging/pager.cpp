@@ -206,7 +206,8 @@ RegionState RequiredRegion::state() const {
         const ChunkKey key = open.back();
         open.pop_back();
         if (!internal::overlaps(lattice, key, found->second.region)) continue;
-        if (tree.find(key) == internal::ChunkTree::kNone) {
+        const internal::ChunkTree::Index index = tree.find(key);
+        if (index == internal::ChunkTree::kNone || tree[index].chunk == nullptr) {
             is_ready = false;
             is_failing = is_failing || pager->loads.retries.count(key) > 0;
             continue;
@@ -263,9 +264,9 @@ bool Pager::State::replace(const ChunkReplacement& replacement) {
     for (auto& [index, chunk] : resident) {
         all.shrink(all.bytes() - chunk->bytes());  // nothing else claims meanwhile
         std::shared_ptr<const Chunk> owned = claimed(chunk, ByteClaim(bytes, chunk->bytes()));
-        tree.replace(index, owned);
-        replacements.keys.push_back(owned->key);
-        set.arrived.push_back(std::move(owned));
+        const bool is_outline = tree[index].chunk == nullptr;
+        tree.replace(index, std::move(owned));
+        if (is_outline) budget.outline(index);
         ++stats.replaced;
     }
     for (const ChunkKey& key : replacement.changed) tree.refresh_above(key);
@@ -311,7 +312,8 @@ bool Pager::State::move_window() {
             budget.evict_tree(index);
     }
     tree.set_window(next_window.lattice);
-    for (auto& [key, root] : next_window.roots) insert(std::move(root.chunk), root.bytes_read);
+    for (auto& [key, root] : next_window.roots)
+        insert(std::move(root.chunk), root.bytes_read, true);
     next_window.roots.clear();
     return true;
 }

@@ -30,17 +30,23 @@ constexpr double kStaleLoad_s = 0.2;
 }  // namespace
 
 // Returns false if the chunk's parent is not resident.
-bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read) {
+bool Pager::State::insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read,
+                          bool is_to_be_drawn) {
     const ChunkKey key = chunk->key;
     if (key.level > 0) {
         const ChunkTree::Index parent = tree.find(key.parent());
         if (parent == ChunkTree::kNone) return false;
-        const Chunk& above = *tree[parent].chunk;
-        const auto quadrant = static_cast<std::size_t>(key.quadrant());
-        needs.learn_decay(*chunk, static_cast<double>(above.quadrant_bound[quadrant]));
+        needs.learn_decay(*chunk, tree[parent].quadrant_bound(key.quadrant()));
     }
-    set.arrived.push_back(chunk);
-    tree[tree.insert(std::move(chunk))].bytes_read = bytes_read;
+    if (const ChunkTree::Index held = tree.find(key);
+        held != ChunkTree::kNone && tree[held].chunk != nullptr) {
+        ++stats.outdated;  // the outline that it was to replace has been replaced meanwhile
+        return true;
+    }
+    const ChunkTree::Index index = tree.insert(std::move(chunk));
+    tree[index].bytes_read = bytes_read;
+    tree[index].was_needed = false;
+    if (!is_to_be_drawn) budget.outline(index);
     ++stats.loaded;
     return true;
 }
@@ -50,6 +56,7 @@ void Pager::State::accept(FinishedLoad& load) {
     stats.bytes_read += load.bytes_read;
     const auto begun = loads.in_flight.find(load.key);
     const std::size_t claimed_bytes = begun == loads.in_flight.end() ? 0 : begun->second.bytes;
+    const bool is_to_be_drawn = begun == loads.in_flight.end() || begun->second.is_to_be_drawn;
     loads.in_flight.erase(load.key);
     if (!load.chunk) {
         if (load.chunk.error().code == ErrorCode::out_of_memory &&
@@ -81,11 +88,11 @@ void Pager::State::accept(FinishedLoad& load) {
     loads.times.add(load.key.level, load.seconds);
     if (load.key.level == 0 && !tree.window().contains(load.key)) {
         if (next_window.lattice.contains(load.key))
-            next_window.roots[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
+            next_window.roots[load.key] = {std::move(*load.chunk), load.bytes_read, true, time_s};
         return;
     }
-    if (!insert(*load.chunk, load.bytes_read)) {
-        loads.orphans[load.key] = {std::move(*load.chunk), load.bytes_read, time_s};
+    if (!insert(*load.chunk, load.bytes_read, is_to_be_drawn)) {
+        loads.orphans[load.key] = {std::move(*load.chunk), load.bytes_read, is_to_be_drawn, time_s};
     }
 }
 
@@ -108,7 +115,7 @@ void Pager::State::adopt_orphans() {
                      [](const ChunkKey& a, const ChunkKey& b) { return a.level < b.level; });
     for (const ChunkKey& key : keys) {
         const Orphan& orphan = loads.orphans[key];
-        if (insert(orphan.chunk, orphan.bytes_read) ||
+        if (insert(orphan.chunk, orphan.bytes_read, orphan.is_to_be_drawn) ||
             (!loads.has(key.parent()) && time_s - orphan.arrived_s > kStaleLoad_s)) {
             loads.orphans.erase(key);
         }
@@ -123,6 +130,7 @@ void Pager::State::cancel_stale_loads() {
             found != loads.in_flight.end()) {
             found->second.is_needed = true;
             found->second.is_speculation = candidate.need.why == NeedClass::speculation;
+            found->second.is_to_be_drawn = candidate.is_to_be_drawn;
         }
     }
     for (auto& [key, load] : loads.in_flight) {
@@ -145,12 +153,37 @@ bool Pager::State::may_begin(const LoadCandidate& candidate, double arrival_s) c
     return candidate.need.end_s >= arrival_s;
 }
 
+// Sorts the candidates by priority up to an index. What comes first is determined by a total order, so that it does not
+// depend on how far the candidates are sorted at a time.
+void Pager::State::sort_candidates_up_to(std::size_t index) {
+    std::vector<LoadCandidate>& candidates = needs.candidates();
+    while (sorted_count <= index && sorted_count < candidates.size()) {
+        constexpr std::size_t kLeastAtOnce = 256;
+        const std::size_t end =
+            std::min(candidates.size(), sorted_count + std::max(kLeastAtOnce, sorted_count));
+        const auto at = [&](std::size_t i) {
+            return candidates.begin() + static_cast<std::ptrdiff_t>(i);
+        };
+        if (end < candidates.size()) {
+            std::nth_element(at(sorted_count), at(end), candidates.end(),
+                             internal::has_priority_over);
+        }
+        std::sort(at(sorted_count), at(end), internal::has_priority_over);
+        sorted_count = end;
+    }
+}
+
 // Postpones loads of chunks to be drawn with more slack than kDrawnAhead_s, provided that all of them can still be
 // loaded in time. Predictions for a nearer time are more often right, so that fewer bytes are wasted.
 void Pager::State::postpone() {
     if (settings.policy == PagingPolicy::distance) return;
     double least_s = std::numeric_limits<double>::infinity();
     std::vector<LoadCandidate>& candidates = needs.candidates();
+    const bool has_drawn = std::ranges::any_of(candidates, [](const LoadCandidate& candidate) {
+        return candidate.need.why == NeedClass::drawn;
+    });
+    if (!has_drawn) return;
+    sort_candidates_up_to(candidates.size());
     for (auto candidate = candidates.rbegin(); candidate != candidates.rend(); ++candidate) {
         if (candidate->need.why != NeedClass::drawn) continue;
         const double each_s = loads.times.expected_s(candidate->key.level) / loader->slots();
@@ -193,8 +226,10 @@ bool Pager::State::queue_loads() {
     std::vector<LoadRequest> requests;
     std::map<ChunkKey, internal::LoadInProgress> queued;
     std::size_t pending_count = 0;
-    for (const LoadCandidate& candidate : needs.candidates()) {
+    for (std::size_t i = 0; i < needs.candidates().size(); ++i) {
         if (requests.size() + pending_count >= most) break;
+        sort_candidates_up_to(i);
+        const LoadCandidate& candidate = needs.candidates()[i];
         const bool is_speculation = candidate.need.why == NeedClass::speculation;
         // speculation uses idle slots only
         if (is_speculation && !waits_for_all() &&
@@ -230,8 +265,10 @@ bool Pager::State::queue_loads() {
             continue;
         }
         ++(is_speculation ? speculation_count : needed_count);
-        queued[candidate.key] = {
-            .bytes = needed_bytes, .unneeded_since_s = time_s, .is_speculation = is_speculation};
+        queued[candidate.key] = {.bytes = needed_bytes,
+                                 .unneeded_since_s = time_s,
+                                 .is_speculation = is_speculation,
+                                 .is_to_be_drawn = candidate.is_to_be_drawn};
         requests.push_back({candidate.key, std::move(claim)});
     }
     for (const auto& [key, load] : queued) {
@@ -379,11 +416,12 @@ void Pager::State::plan() {
                 {key, {NeedClass::root, kForever, kForever, 0.0}, -loads.times.expected_s(0)});
         }
     }
-    std::sort(candidates.begin(), candidates.end(), internal::has_priority_over);
+    sorted_count = 0;
+    ++schedule.count;
     count_late();
     count_groundless();
     count_waits();
-    budget.begin_plan(clients.predicted_views,
+    budget.begin_plan(clients.predicted_views, needs.needed(),
                       !clients.bodies.empty() || !required_regions.by_id.empty(), stats);
     budget.keep_ceiling();
     if (replacements.wanted_bytes > 0) budget.make_room(replacements.wanted_bytes);
@@ -411,78 +449,128 @@ void Pager::State::count_groundless() {
 
 // Assumes that contact with an absent chunk will last as long as it has lasted so far: the body may be parked there.
 void Pager::State::count_waits() {
-    std::map<ChunkKey, double> missed;
+    std::size_t missing_count = 0;
     for (LoadCandidate& candidate : needs.candidates()) {
         if (candidate.need.why != NeedClass::contact || !candidate.need.is_needed_now()) continue;
-        const auto before = loads.missing_since_s.find(candidate.key);
-        const double since_s = before == loads.missing_since_s.end() ? time_s : before->second;
-        missed[candidate.key] = since_s;
-        candidate.need.end_s = std::max(candidate.need.end_s, time_s - since_s);
+        ++missing_count;
+        internal::Loads::Missing& missing = loads.missing[candidate.key];
+        if (missing.plan + 1 != schedule.count) missing.since_s = time_s;
+        missing.plan = schedule.count;
+        candidate.need.end_s = std::max(candidate.need.end_s, time_s - missing.since_s);
     }
-    loads.missing_since_s = std::move(missed);
+    if (loads.missing.size() <= 2 * missing_count) return;
+    std::erase_if(loads.missing,
+                  [this](const auto& entry) { return entry.second.plan != schedule.count; });
 }
 
 // Advances every fade by one step.
 void Pager::State::fade() {
+    std::vector<ChunkTree::Index>& fading = set.fading;
+    // nodes that were freed meanwhile, even if they hold other chunks now
+    std::erase_if(fading, [this](ChunkTree::Index index) { return !tree[index].is_fading; });
+    const auto add = [&](ChunkTree::Index index) {
+        if (!tree[index].is_drawn || tree[index].is_fading) return;
+        tree[index].is_fading = true;
+        fading.push_back(index);
+    };
+    for (const ChunkTree::Index index : tree.take_shown()) add(index);
+    for (const ChunkTree::Index index : budget.fading_out()) {
+        if (tree[index].is_fading_out) add(index);
+    }
     stats.fading_chunks = 0;
-    for (ChunkTree::Index i = 0; i < tree.capacity(); ++i) {
-        ChunkTree::Node& node = tree[i];
-        if (!node.chunk) continue;
+    for (const ChunkTree::Index index : fading) {
+        ChunkTree::Node& node = tree[index];
         const bool is_new = std::exchange(node.is_new, false);
-        if (node.inverse_fade == 1.0 && !is_new && !node.is_fading_out) continue;
-        if (skips_fades || node.parent == ChunkTree::kNone) {
+        const double before = node.inverse_fade;
+        if (skips_fades || node.parent == ChunkTree::kNone || !node.is_drawn) {
             node.inverse_fade = 1.0;
         } else {
-            node.inverse_fade =
-                internal::next_inverse_fade(budget.visibility_of(node), is_new, node.is_fading_out);
+            node.inverse_fade = internal::next_inverse_fade(budget.visibility_of(index), is_new,
+                                                            node.is_fading_out);
         }
+        set.has_new_fades = set.has_new_fades || node.inverse_fade != before;
         stats.fading_chunks += node.inverse_fade > 1.0 ? 1u : 0u;
+        node.is_fading = node.inverse_fade != 1.0 || node.is_fading_out;
     }
+    std::erase_if(fading, [this](ChunkTree::Index index) { return !tree[index].is_fading; });
 }
 
-void Pager::State::publish() {
-    std::vector<ChunkKey> evicted = budget.take_evicted();
+void Pager::State::record_evictions() {
+    const std::vector<ChunkKey> evicted = budget.take_evicted();
     for (const ChunkKey& key : evicted) evictions.times_s[key] = time_s;
     if (skips_fades) evictions.in_finish.insert(evicted.begin(), evicted.end());
     std::erase_if(evictions.times_s,
                   [this](const auto& entry) { return time_s - entry.second > settings.horizon; });
-    evicted.insert(evicted.end(), replacements.keys.begin(), replacements.keys.end());
-    replacements.keys.clear();
-    // drop chunks that were inserted and evicted since the last set
-    std::erase_if(set.arrived, [this](const std::shared_ptr<const Chunk>& chunk) {
-        const ChunkTree::Index index = tree.find(chunk->key);
-        return index == ChunkTree::kNone || tree[index].chunk != chunk;
-    });
-    std::sort(evicted.begin(), evicted.end(), ResidentSet::Order());
-    evicted.erase(std::unique(evicted.begin(), evicted.end()), evicted.end());
-    std::erase_if(evicted, [this](const ChunkKey& key) {
-        return set.chunks->find(key) == ResidentSet::kNone;
-    });
+}
 
-    const auto is_before = [](const SetEntry& a, const SetEntry& b) {
-        return ResidentSet::Order()(a.key, b.key);
-    };
-    std::erase_if(set.order, [&](const SetEntry& placed) {
-        return std::binary_search(evicted.begin(), evicted.end(), placed.key, ResidentSet::Order());
-    });
-    const auto middle = static_cast<std::ptrdiff_t>(set.order.size());
-    for (const auto& chunk : set.arrived) set.order.push_back({chunk->key, tree.find(chunk->key)});
-    std::sort(set.order.begin() + middle, set.order.end(), is_before);
-    std::inplace_merge(set.order.begin(), set.order.begin() + middle, set.order.end(), is_before);
-
+std::vector<float> Pager::State::fades_in_order() const {
     std::vector<float> fades;
     fades.reserve(set.order.size());
     for (const SetEntry& placed : set.order) {
         fades.push_back(internal::fade_of(tree[placed.index].inverse_fade));
     }
-    if (!evicted.empty() || !set.arrived.empty()) {
-        set.chunks = std::make_shared<const ResidentSet>(*set.chunks, evicted,
-                                                         std::move(set.arrived), std::move(fades),
-                                                         set.chunks->epoch() + 1, tree.window());
-        set.arrived.clear();
-    } else if (!std::equal(fades.begin(), fades.end(), set.chunks->fades().begin())) {
-        set.chunks = std::make_shared<const ResidentSet>(*set.chunks, std::move(fades),
-                                                         set.chunks->epoch() + 1);
+    return fades;
+}
+
+// Makes a new set of what has changed since the last one.
+void Pager::State::publish() {
+    record_evictions();
+    std::vector<ChunkKey> changes = tree.take_changes();
+    std::sort(changes.begin(), changes.end(), ResidentSet::Order());
+    changes.erase(std::unique(changes.begin(), changes.end()), changes.end());
+    const auto is_same = [](const auto& a, const auto& b) {
+        return !a.owner_before(b) && !b.owner_before(a);
+    };
+    std::vector<ChunkKey> evicted, removed;
+    std::vector<SetEntry> placed;
+    std::vector<std::shared_ptr<const Chunk>> arrived;
+    std::vector<UndrawnChunk> undrawn;
+    const ChunkTree::Node none{};
+    for (const ChunkKey& key : changes) {
+        const ChunkTree::Index index = tree.find(key);
+        const ChunkTree::Node& node = index == ChunkTree::kNone ? none : tree[index];
+        const std::int32_t drawn_before = set.chunks->find(key);
+        std::shared_ptr<const Chunk> chunk;
+        if (drawn_before != ResidentSet::kNone)
+            chunk = set.chunks->chunks()[static_cast<std::size_t>(drawn_before)];
+        const bool is_kept = node.is_drawn && chunk != nullptr && is_same(chunk, node.chunk);
+        if (chunk != nullptr && !is_kept) evicted.push_back(key);
+        if (node.is_drawn && !is_kept) {
+            arrived.push_back(node.chunk);
+            placed.push_back({key, index});
+        }
+        const UndrawnChunk* const before = set.chunks->find_undrawn(key);
+        if (node.is_free() || node.is_drawn) {
+            if (before != nullptr) removed.push_back(key);
+        } else if (before == nullptr || !is_same(before->chunk, node.chunk) ||
+                   !is_same(before->outline, node.outline)) {
+            undrawn.push_back({key, node.chunk, node.outline});
+        }
+    }
+    const std::uint64_t epoch = set.chunks->epoch() + 1;
+    if (!evicted.empty() || !arrived.empty()) {
+        const auto is_before = [](const SetEntry& a, const SetEntry& b) {
+            return ResidentSet::Order()(a.key, b.key);
+        };
+        std::erase_if(set.order, [&](const SetEntry& entry) {
+            return std::binary_search(evicted.begin(), evicted.end(), entry.key,
+                                      ResidentSet::Order());
+        });
+        const auto middle = static_cast<std::ptrdiff_t>(set.order.size());
+        set.order.insert(set.order.end(), placed.begin(), placed.end());
+        std::inplace_merge(set.order.begin(), set.order.begin() + middle, set.order.end(),
+                           is_before);
+        set.chunks = std::make_shared<const ResidentSet>(*set.chunks, evicted, std::move(arrived),
+                                                         fades_in_order(), epoch, tree.window());
+    } else if (set.has_new_fades) {
+        std::vector<float> fades = fades_in_order();
+        if (!std::equal(fades.begin(), fades.end(), set.chunks->fades().begin())) {
+            set.chunks = std::make_shared<const ResidentSet>(*set.chunks, std::move(fades), epoch);
+        }
+    }
+    set.has_new_fades = false;
+    if (!removed.empty() || !undrawn.empty()) {
+        set.chunks = std::make_shared<const ResidentSet>(*set.chunks, removed, undrawn, epoch);
     }
 }
 

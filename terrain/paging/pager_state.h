@@ -14,6 +14,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 namespace terrane {
@@ -26,12 +27,14 @@ struct LoadInProgress {
     double unneeded_since_s = 0.0;
     bool is_cancelled = false;
     bool is_speculation = false;
+    bool is_to_be_drawn = true;  ///< otherwise the outline does, if the chunk can have one
 };
 
 /// A loaded chunk whose parent is not resident yet.
 struct Orphan {
     std::shared_ptr<const Chunk> chunk;
     std::size_t bytes_read = 0;
+    bool is_to_be_drawn = true;
     double arrived_s = 0.0;
 };
 
@@ -39,7 +42,13 @@ struct Orphan {
 struct Loads {
     std::map<ChunkKey, LoadInProgress> in_flight;  ///< queued, and the result not taken yet
     std::map<ChunkKey, Orphan> orphans;
-    std::map<ChunkKey, double> missing_since_s;  ///< of touched contact chunks that are absent
+    /// A touched contact chunk that is absent.
+    struct Missing {
+        double since_s = 0.0;
+        /// The last plan that missed it.
+        std::uint64_t plan = std::numeric_limits<std::uint64_t>::max();
+    };
+    std::unordered_map<ChunkKey, Missing, ChunkKeyHash> missing;  ///< never iterated, but to erase
     LoadTimes times;
     Retries retries;
     std::string last_failure;  ///< message of the last load that failed
@@ -51,6 +60,7 @@ struct Loads {
 /// When plans are made.
 struct PlanSchedule {
     double planned_s = -std::numeric_limits<double>::infinity();  ///< time of the last plan
+    std::uint64_t count = 0;                                      ///< of plans
     bool must_plan = false;         ///< a plan is due for another reason than elapsed time
     bool is_clock_stalled = false;  ///< time has not advanced since the previous update
 };
@@ -92,12 +102,11 @@ struct Evictions {
 
 /// State of replace_chunks().
 struct Replacements {
-    std::vector<ChunkKey> keys;    ///< replaced since the last set
     std::size_t wanted_bytes = 0;  ///< needed by a postponed call; 0: none is postponed
     bool is_wanted = false;        ///< a call was postponed since the last update()
 };
 
-/// A chunk of the published set, and the index of its node.
+/// A drawn chunk of the published set, and the index of its node.
 struct SetEntry {
     ChunkKey key;
     ChunkTree::Index index = ChunkTree::kNone;
@@ -106,8 +115,9 @@ struct SetEntry {
 /// The set that clients read.
 struct PublishedSet {
     std::shared_ptr<const ResidentSet> chunks;
-    std::vector<SetEntry> order;                        ///< chunks of the set, in the set's order
-    std::vector<std::shared_ptr<const Chunk>> arrived;  ///< for the next set
+    std::vector<SetEntry> order;           ///< drawn chunks of the set, in the set's order
+    std::vector<ChunkTree::Index> fading;  ///< nodes whose fades may change
+    bool has_new_fades = false;            ///< a fade has changed since the last set
 };
 
 }  // namespace internal
@@ -124,7 +134,7 @@ struct Pager::State {
           tree(source->lattice(), chunk_source),
           needs(chosen, level),
           contact(*source, level),
-          budget(tree, bytes, chosen),
+          budget(tree, bytes, chosen, level),
           next_window{tree.window(), {}},
           set{std::make_shared<const ResidentSet>(source->lattice(), source->extent(),
                                                   std::vector<std::shared_ptr<const Chunk>>(), 0),
@@ -149,6 +159,7 @@ struct Pager::State {
     internal::Loads loads;
     internal::NextWindow next_window;
     internal::Evictions evictions;
+    std::size_t sorted_count = 0;  // of the candidates in `needs`
     internal::Replacements replacements;
     internal::PublishedSet set;
     bool is_inline = false;    // update() loads synchronously
@@ -160,7 +171,7 @@ struct Pager::State {
                         double now_s);
     bool take_finished();
     void accept(FinishedLoad& load);
-    bool insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read);
+    bool insert(std::shared_ptr<const Chunk> chunk, std::size_t bytes_read, bool is_to_be_drawn);
     void adopt_orphans();
     /// Whether all needed chunks, even speculative ones, are loaded now, but no descendants of absent chunks.
     bool waits_for_all() const { return is_inline || skips_fades; }
@@ -172,11 +183,14 @@ struct Pager::State {
     void cancel_stale_loads();
     bool may_begin(const internal::LoadCandidate& candidate, double arrival_s) const;
     void postpone();
+    void sort_candidates_up_to(std::size_t index);
     bool may_speculate(std::size_t in_flight_count) const;
     bool queue_loads();
     bool replace(const ChunkReplacement& replacement);
     void fade();
+    void record_evictions();
     void publish();
+    std::vector<float> fades_in_order() const;
     void load_until_stable();
     std::optional<WorldVec2> window_place() const;
     bool move_window();

@@ -76,7 +76,7 @@ bool has_ground_slowly(const ResidentSet& set, int level, const WorldPos& p, dou
             const bool touches = p.x() + radius >= west && p.x() - radius < east &&
                                  p.y() + radius >= south && p.y() - radius < north;
             const ChunkKey key{x, y, static_cast<std::uint8_t>(level)};
-            if (touches && set.find(key) == ResidentSet::kNone) return false;
+            if (touches && set.find_ground(key) == nullptr) return false;
         }
     }
     return true;

@@ -75,7 +75,7 @@ bool has_ground(const ResidentSet& resident, int level, const WorldPos& centre_w
              ++x) {
             const ChunkKey key{x, y, static_cast<std::uint8_t>(level)};
             // at the edge of the extent the chunk may be outside the world
-            if (lattice.contains(key) && resident.find(key) == ResidentSet::kNone) return false;
+            if (lattice.contains(key) && resident.find_ground(key) == nullptr) return false;
         }
     }
     return true;

@@ -16,10 +16,6 @@ namespace {
 // Maximum number of unused cached chunks.
 constexpr std::size_t kSpareChunks = 4096;
 
-bool is_ordered_before(const ChunkKey& a, const ChunkKey& b) {
-    return a.level != b.level ? a.level < b.level : a < b;
-}
-
 }  // namespace
 
 TouchTable::TouchTable(const HeightSource& source, int level)
@@ -50,7 +46,7 @@ TouchTable::Slot TouchTable::add(const ChunkKey& key) {
     const auto slot = static_cast<Slot>(chunks_.size());
     index_[bucket_of(key)] = {key, slot};
     chunks_.push_back({.key = key, .parent = parent});
-    added_.push_back(slot);
+    if (parent != kNone) chunks_[parent].child[static_cast<std::size_t>(key.quadrant())] = slot;
     return slot;
 }
 
@@ -69,50 +65,15 @@ void TouchTable::touch_ancestors() {
     for (std::size_t i = 0; i < count; ++i) {
         const TimeIndex time_index = chunks_[touched_[i]].time_index;
         const double end = chunks_[touched_[i]].end;
+        const bool is_of_region = chunks_[touched_[i]].is_of_region;
         Slot ancestor = chunks_[touched_[i]].parent;
-        // an ancestor whose touch begins as early and lasts as long has already been propagated
+        // an ancestor whose touch begins as early, lasts as long and is of a region has already been propagated
         while (ancestor != kNone &&
-               (chunks_[ancestor].time_index > time_index || chunks_[ancestor].end < end)) {
-            touch(ancestor, time_index, end);
+               (chunks_[ancestor].time_index > time_index || chunks_[ancestor].end < end ||
+                (is_of_region && !chunks_[ancestor].is_of_region))) {
+            touch(ancestor, time_index, end, is_of_region);
             ancestor = chunks_[ancestor].parent;
         }
-    }
-}
-
-TouchTable::TimeIndex TouchTable::time_index(const ChunkKey& key) const {
-    const Slot found = index_[bucket_of(key)].slot;
-    return found == kNone ? kNever : chunks_[found].time_index;
-}
-
-// Merges added_ from the back, so that each slot of order_ moves once.
-void TouchTable::order_added() {
-    const auto before = [this](Slot a, Slot b) {
-        return is_ordered_before(chunks_[a].key, chunks_[b].key);
-    };
-    std::sort(added_.begin(), added_.end(), before);
-    auto old_end = static_cast<std::ptrdiff_t>(order_.size());
-    order_.resize(chunks_.size());
-    auto end = static_cast<std::ptrdiff_t>(order_.size());
-    for (; !added_.empty(); added_.pop_back()) {
-        const auto from =
-            std::upper_bound(order_.begin(), order_.begin() + old_end, added_.back(), before);
-        std::move_backward(from, order_.begin() + old_end, order_.begin() + end);
-        end -= old_end - (from - order_.begin()) + 1;
-        old_end = from - order_.begin();
-        order_[static_cast<std::size_t>(end)] = added_.back();
-    }
-}
-
-// Stable counting sort by time index; order_ is already sorted by level and key.
-void TouchTable::sort(std::size_t time_count, std::vector<Slot>& slots_out) {
-    order_added();
-    counts_.assign(time_count + 1, 0);
-    for (const Slot slot : touched_) ++counts_[chunks_[slot].time_index + 1];
-    for (std::size_t i = 0; i < time_count; ++i) counts_[i + 1] += counts_[i];
-    slots_out.resize(touched_.size());
-    for (const Slot slot : order_) {
-        const TimeIndex time_index = chunks_[slot].time_index;
-        if (time_index != kNever) slots_out[counts_[time_index]++] = slot;
     }
 }
 
@@ -123,8 +84,6 @@ void TouchTable::drop_unused() {
     }
     chunks_.clear();
     touched_.clear();
-    order_.clear();
-    added_.clear();
     std::fill(index_.begin(), index_.end(), HashEntry{});
     for (const Chunk& chunk : kept_) chunks_[add(chunk.key)].highest = chunk.highest;
     most_chunks_ = 2 * chunks_.size() + kSpareChunks;
@@ -426,11 +385,18 @@ void ContactNeeds::find(std::span<const BodyNeed> bodies, std::span<const Region
                              static_cast<TouchTable::TimeIndex>(time_index - times_.begin()), left);
     }
     table_.touch_ancestors();
-    table_.sort(times_.size(), order_);
-    entries_.clear();
-    for (const TouchTable::Slot slot : order_) {
-        entries_.push_back({table_.key(slot), times_[table_.time_index(slot)]});
+}
+
+std::vector<ContactNeeds::Entry> ContactNeeds::entries() const {
+    std::vector<Entry> entries;
+    for (const Slot slot : table_.touched()) {
+        entries.push_back({table_.key(slot), time_until(slot)});
     }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+        if (a.time != b.time) return a.time < b.time;
+        return a.key.level != b.key.level ? a.key.level < b.key.level : a.key < b.key;
+    });
+    return entries;
 }
 
 // Merges the steps of the horizon with the deadlines.
@@ -474,7 +440,7 @@ void ContactNeeds::find_body(std::size_t index, const BodyNeed& body, double tim
             const double end =
                 !is_end && touch.last > segment.duration ? segment.duration : touch.last;
             table_.touch(touch.slot, step_times_[static_cast<std::size_t>(step)],
-                         segment.begin + end);
+                         segment.begin + end, false);
             if (is_here && touch.time == 0.0)
                 current_contacts_.push_back({index, table_.key(touch.slot)});
         }
@@ -499,16 +465,15 @@ double ContactNeeds::touch_region(const WorldRect& region, TouchTable::TimeIndex
             count += 1.0;
             table_.touch(
                 table_.slot(static_cast<std::int32_t>(column), static_cast<std::int32_t>(row)),
-                time_index, std::numeric_limits<double>::infinity());
+                time_index, std::numeric_limits<double>::infinity(), true);
         }
     }
     return count;
 }
 
 double ContactNeeds::time_until(const ChunkKey& key) const {
-    const TouchTable::TimeIndex time_index = table_.time_index(key);
-    return time_index == TouchTable::kNever ? std::numeric_limits<double>::infinity()
-                                            : times_[time_index];
+    const Slot slot = find_slot(key);
+    return slot == kNone ? std::numeric_limits<double>::infinity() : time_until(slot);
 }
 
 }  // namespace terrane::internal

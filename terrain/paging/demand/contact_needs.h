@@ -17,7 +17,7 @@ namespace terrane::internal {
 /// The touched chunks of one level and their ancestors, each with its first and last touch. First touches are indices
 /// into the caller's ascending list of times.
 ///
-/// The highest ground and the order of chunks in use are cached across clear(). The cache does not affect results.
+/// The highest ground of chunks in use is cached across clear(). The cache does not affect results.
 ///
 /// Allocates: when the table grows
 class TouchTable {
@@ -25,6 +25,7 @@ public:
     using Slot = std::uint32_t;
     using TimeIndex = std::uint32_t;
     static constexpr TimeIndex kNever = std::numeric_limits<TimeIndex>::max();
+    static constexpr Slot kNone = std::numeric_limits<Slot>::max();
 
     /// The source must outlive the table.
     TouchTable(const HeightSource& source, int level);
@@ -53,43 +54,49 @@ public:
         return chunk.highest;
     }
 
-    /// Records a touch: keeps the earliest time index and the latest end, seconds.
-    void touch(Slot slot, TimeIndex time_index, double end) {
+    /// Records a touch: keeps the earliest time index and the latest end, seconds, and whether any is of a region.
+    void touch(Slot slot, TimeIndex time_index, double end, bool is_of_region) {
         Chunk& chunk = chunks_[slot];
         if (chunk.time_index == kNever) {
             touched_.push_back(slot);
             chunk.time_index = time_index;
             chunk.end = end;
+            chunk.is_of_region = is_of_region;
             return;
         }
         chunk.time_index = std::min(chunk.time_index, time_index);
         chunk.end = std::max(chunk.end, end);
+        chunk.is_of_region = chunk.is_of_region || is_of_region;
     }
 
     /// Propagates touches to ancestors. Call it after the last touch().
     void touch_ancestors();
 
     const ChunkKey& key(Slot slot) const { return chunks_[slot].key; }
-    /// Time index of the first touch of a chunk; kNever if it is not touched or not in the table.
-    TimeIndex time_index(const ChunkKey& key) const;
-    /// End of the last touch of a chunk, seconds. Requires a touched chunk.
-    double end(const ChunkKey& key) const { return chunks_[index_[bucket_of(key)].slot].end; }
-
-    /// The touched chunks, ordered by time index, level and key.
-    ///
-    /// @param time_count upper limit of the time indices in use, exclusive
-    /// @param slots_out    resized
-    void sort(std::size_t time_count, std::vector<Slot>& slots_out);
+    /// The slot of a chunk, kNone if it is not in the table.
+    Slot find(const ChunkKey& key) const { return index_[bucket_of(key)].slot; }
+    /// The slot of a chunk's child, kNone if it is not in the table.
+    Slot child(Slot slot, int quadrant) const {
+        return chunks_[slot].child[static_cast<std::size_t>(quadrant)];
+    }
+    /// Time index of the first touch; kNever if the chunk is not touched.
     TimeIndex time_index(Slot slot) const { return chunks_[slot].time_index; }
+    /// End of the last touch of a touched chunk, seconds.
+    double end(Slot slot) const { return chunks_[slot].end; }
+    /// Whether a region touches a touched chunk.
+    bool is_of_region(Slot slot) const { return chunks_[slot].is_of_region; }
+    /// The touched chunks, unordered.
+    std::span<const Slot> touched() const { return touched_; }
 
 private:
-    static constexpr Slot kNone = std::numeric_limits<Slot>::max();
     static constexpr double kUnknown = std::numeric_limits<double>::infinity();
     struct Chunk {
         ChunkKey key;
         TimeIndex time_index = kNever;
-        double end = 0.0;  // if touched
+        double end = 0.0;           // if touched
+        bool is_of_region = false;  // likewise
         Slot parent = kNone;
+        std::array<Slot, 4> child{kNone, kNone, kNone, kNone};
         std::uint32_t last_used_round = 0;  // round_ at the last slot()
         double highest = kUnknown;
     };
@@ -108,7 +115,6 @@ private:
     }
     Slot add(const ChunkKey& key);
     double find_highest(const ChunkKey& key) const;
-    void order_added();
     void drop_unused();
 
     const HeightSource& source_;
@@ -116,9 +122,6 @@ private:
     std::vector<Chunk> chunks_;
     std::vector<HashEntry> index_;  // open addressing; its size is a power of two
     std::vector<Slot> touched_;     // unordered
-    std::vector<Slot> order_;       // by level and key, without those in added_
-    std::vector<Slot> added_;       // not yet in order_
-    std::vector<std::size_t> counts_;
     std::vector<Chunk> kept_;
     std::uint32_t round_ = 1;      // counts clear()
     std::size_t most_chunks_ = 0;  // above this clear() drops unused chunks
@@ -315,15 +318,30 @@ public:
     /// Invalidates cached heights; call when the source's intervals have changed. Cost: O(chunks held)
     void forget_heights();
 
+    /// The touches of one chunk: a handle for a traversal from parents to children. Valid until the next find().
+    using Slot = TouchTable::Slot;
+    static constexpr Slot kNone = TouchTable::kNone;  ///< nothing touches the chunk
+    /// The touches of a chunk, or kNone.
+    Slot find_slot(const ChunkKey& key) const { return touched(table_.find(key)); }
+    /// The touches of a chunk's child, or kNone. An untouched chunk has no touched descendants.
+    Slot child(Slot slot, int quadrant) const {
+        return slot == kNone ? kNone : touched(table_.child(slot, quadrant));
+    }
+    /// First touch, seconds from now. Requires touches.
+    double time_until(Slot slot) const { return times_[table_.time_index(slot)]; }
+    /// Last touch, seconds from now. Requires touches.
+    double end_of(Slot slot) const { return table_.end(slot); }
+    /// Whether a region touches the chunk. Requires touches.
+    bool is_of_region(Slot slot) const { return table_.is_of_region(slot); }
+
     /// First touch of a chunk, seconds from now; infinite if nothing touches it.
     double time_until(const ChunkKey& key) const;
-
     /// Last touch of a chunk, seconds from now. Requires a touched chunk.
-    double end_of(const ChunkKey& key) const { return table_.end(key); }
+    double end_of(const ChunkKey& key) const { return table_.end(table_.find(key)); }
 
     /// All touched chunks, each once, ordered by first touch, level and key. An ancestor has the smallest time of its
-    /// descendants. Valid until the next find().
-    std::span<const Entry> entries() const { return entries_; }
+    /// descendants. Allocates.
+    std::vector<Entry> entries() const;
 
     /// Touches of bodies at the present time, at the contact level, ordered by body. Valid until the next find().
     std::span<const CurrentContact> current_contacts() const { return current_contacts_; }
@@ -336,6 +354,9 @@ private:
     void find_body(std::size_t index, const BodyNeed& body, double time_s, double horizon,
                    double most);
     double touch_region(const WorldRect& region, TouchTable::TimeIndex time_index, double most);
+    Slot touched(Slot slot) const {
+        return slot != kNone && table_.time_index(slot) != TouchTable::kNever ? slot : kNone;
+    }
 
     const HeightSource& source_;
     ChunkGrid grid_;
@@ -350,8 +371,6 @@ private:
     std::vector<Deadline> deadlines_;
     std::vector<MotionSegment> segments_;
     std::vector<Touch> touches_;
-    std::vector<TouchTable::Slot> order_;
-    std::vector<Entry> entries_;
     std::vector<CurrentContact> current_contacts_;
     bool is_cut_ = false;
 };

@@ -47,6 +47,8 @@ struct LoadCandidate {
     /// Seconds until the load must start, so that this chunk and its urgent descendants arrive in time; negative if it
     /// is already too late.
     double slack_s = 0.0;
+    /// Whether a camera or a required region needs the chunk or its descendants; otherwise bodies do.
+    bool is_to_be_drawn = true;
     bool can_wait = false;  ///< the load may be postponed to a later update
 };
 

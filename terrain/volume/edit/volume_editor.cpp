@@ -263,11 +263,7 @@ void VolumeEditor::State::start(const ResidentSet& set) {
     for (internal::Change& change : submitted) {
         Start begun{std::move(change), {}};
         for (const ChunkKey& key : begun.change.edit->chunks(volumes.level())) {
-            const std::int32_t index = set.find(key);
-            if (index == ResidentSet::kNone) continue;
-            const std::shared_ptr<const Chunk>& chunk =
-                set.chunks()[static_cast<std::size_t>(index)];
-            begun.chunks.push_back(chunk);
+            if (auto chunk = set.share_ground(key)) begun.chunks.push_back(std::move(chunk));
         }
         queue.push_back(std::move(begun));
     }
@@ -294,8 +290,8 @@ std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet
         for (const auto& [key, of] : touches) {
             const auto& [first, last] = of;
             PreparedChange& change = *prepared[last];
-            const std::int32_t index = set.find(key);
-            if (index == ResidentSet::kNone || change.chunks.contains(key)) continue;
+            std::shared_ptr<const Chunk> chunk = set.share_ground(key);
+            if (chunk == nullptr || change.chunks.contains(key)) continue;
             const bool comes_later =
                 !splits_batches && change.change.number < batch_end &&
                 std::ranges::find(change.deferred, key) != change.deferred.end();
@@ -304,7 +300,7 @@ std::size_t VolumeEditor::State::ready_count(std::size_t most, const ResidentSet
                 completion.change = prepared[last];
             }
             if (incomplete == &change) {
-                completion.chunks.push_back(set.chunks()[static_cast<std::size_t>(index)]);
+                completion.chunks.push_back(std::move(chunk));
             }
             count = std::min(count, first);
             is_cut = true;
@@ -338,8 +334,7 @@ bool VolumeEditor::State::switch_to(std::size_t count, Pager* pager, const Resid
         const auto chunk = change->chunks.find(key);
         if (chunk == change->chunks.end()) continue;
         chunks.push_back(chunk->second);
-        if (const std::int32_t index = set.find(key); index != ResidentSet::kNone)
-            old.emplace_back(set.chunks()[static_cast<std::size_t>(index)]);
+        if (auto held = set.share_ground(key)) old.push_back(std::move(held));
         versions.back().chunk_bytes = chunk->second->bytes();
     }
     const std::uint32_t number = changes.back()->change.number;

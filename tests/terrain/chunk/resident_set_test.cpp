@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "chunk/chunk_outline.h"
 #include "support/grounds.h"
 #include "support/random.h"
 
@@ -68,6 +69,93 @@ TEST(ResidentSet, SharesItsChunksWithASetOfOtherFades) {
     EXPECT_TRUE(second.has_roots());
     EXPECT_EQ(second.links(static_cast<std::size_t>(second.find({-2, -2, 1}))).parent,
               second.find({-1, -1, 0}));
+}
+
+// Undrawn chunks against an ordered map, through sets derived from each other, while older sets live.
+TEST(ResidentSet, HoldsTheUndrawnChunksThatItWasGiven) {
+    constexpr std::uint64_t kSeed = 5;
+    SeededRandom random(kSeed);
+    const test::WaveHeights source(test::small_world(2, 1.0), 20.0, 70.0);
+    const auto plain = make_chunk(source, {0, 0, 1}).value();
+    Chunk changed(*plain);
+    changed.solid = std::make_shared<const SolidSurface>(SolidTriangles{});
+    const auto solid = std::make_shared<const Chunk>(changed);
+    const auto outline = std::make_shared<const internal::ChunkOutline>(
+        internal::make_outline(*plain, 2, source.lattice().quantum));
+    const Chunks drawn = some_chunks(source);
+    const auto draw_key = [&](int side) {
+        return ChunkKey{random.below(side) - side / 2, random.below(side) - side / 2,
+                        static_cast<std::uint8_t>(1 + random.below(3))};
+    };
+    using Map = std::map<ChunkKey, UndrawnChunk>;
+    struct State {
+        std::shared_ptr<const ResidentSet> set;
+        Map map;
+    };
+    std::vector<State> states{
+        {std::make_shared<const ResidentSet>(source.lattice(), source.extent(), drawn, 1), {}}};
+    std::size_t most = 0;
+    for (int round = 0; round < 400; ++round) {
+        State next = states.back();
+        std::vector<ChunkKey> removed;
+        std::vector<UndrawnChunk> added;
+        // grows, then shrinks
+        const bool grows = round < 200;
+        const int side = round % 3 == 0 ? 4 : 60;
+        for (int i = random.below(40); i > 0 && !next.map.empty() && (!grows || i % 4 == 0); --i) {
+            auto found = next.map.lower_bound(draw_key(60));
+            if (found == next.map.end()) found = next.map.begin();
+            removed.push_back(found->first);
+            next.map.erase(found);
+        }
+        for (int i = random.below(grows ? 60 : 4); i > 0; --i) {
+            const ChunkKey key = draw_key(side);
+            const bool is_new = std::ranges::none_of(
+                added, [&](const UndrawnChunk& chunk) { return chunk.key == key; });
+            if (!is_new || std::ranges::find(removed, key) != removed.end()) continue;
+            const int what = random.below(8);
+            added.push_back({key,
+                             what == 0  ? solid
+                             : what < 4 ? plain
+                                        : nullptr,
+                             what < 4 ? nullptr : outline});
+            next.map[key] = added.back();
+        }
+        next.set =
+            std::make_shared<const ResidentSet>(*next.set, removed, added, next.set->epoch() + 1);
+        most = std::max(most, next.map.size());
+        states.push_back(std::move(next));
+        if (states.size() > 4) states.erase(states.begin());
+        for (const State& state : states) {
+            ASSERT_EQ(state.set->undrawn_count(), state.map.size()) << "round " << round;
+            ASSERT_TRUE(state.set->has_same_chunks(*states.front().set));
+            bool has_solid = false;
+            for (const auto& [key, held] : state.map) {
+                const UndrawnChunk* const found = state.set->find_undrawn(key);
+                ASSERT_NE(found, nullptr);
+                ASSERT_EQ(found->key, key);
+                ASSERT_EQ(found->chunk, held.chunk);
+                ASSERT_EQ(found->outline, held.outline);
+                if (state.set->find(key) == ResidentSet::kNone) {
+                    ASSERT_EQ(state.set->find_ground(key), held.chunk.get());
+                    ASSERT_EQ(state.set->share_ground(key), held.chunk);
+                    ASSERT_EQ(state.set->find_chunk(key), nullptr);
+                }
+                has_solid = has_solid || held.chunk == solid;
+            }
+            ASSERT_EQ(state.set->has_solids(), has_solid);
+            for (int i = 0; i < 20; ++i) {
+                const ChunkKey key = draw_key(80);
+                ASSERT_EQ(state.set->find_undrawn(key) != nullptr, state.map.contains(key));
+            }
+        }
+    }
+    EXPECT_GT(most, 1000u);
+    EXPECT_LT(states.back().map.size(), 500u);
+    for (const auto& chunk : drawn) {
+        EXPECT_EQ(states.back().set->find_ground(chunk->key), chunk.get());
+        EXPECT_EQ(states.back().set->share_ground(chunk->key), chunk);
+    }
 }
 
 // Reference model of a set: an ordered map from keys to chunks and fades.

@@ -86,10 +86,9 @@ std::set<ChunkKey> keys_of(const ContactNeeds& needs, int level) {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool is_same(const ContactNeeds& a, const ContactNeeds& b) {
-    return std::equal(a.entries().begin(), a.entries().end(), b.entries().begin(),
-                      b.entries().end(), [](const auto& one, const auto& other) {
-                          return one.key == other.key && one.time == other.time;
-                      });
+    return std::ranges::equal(a.entries(), b.entries(), [](const auto& one, const auto& other) {
+        return one.key == other.key && one.time == other.time;
+    });
 }
 
 BodyNeed body_at(const WorldPos& centre, double radius = 1.0,
@@ -245,8 +244,8 @@ TEST(ContactNeeds, CombineRegionsAndBodies) {
         }
         EXPECT_EQ(both.time_until(key), expected) << key.x << ", " << key.y;
     }
-    EXPECT_TRUE(std::is_sorted(both.entries().begin(), both.entries().end(),
-                               [](const auto& a, const auto& b) { return a.time < b.time; }));
+    EXPECT_TRUE(std::ranges::is_sorted(
+        both.entries(), [](const auto& a, const auto& b) { return a.time < b.time; }));
 }
 
 TEST(ContactNeeds, GiveTheSameBitsWhateverTheyDidBefore) {
@@ -537,9 +536,9 @@ TEST(ContactNeeds, AreOrderedByTimeLevelAndKeyAndAncestorsSpanTheTimesOfDescenda
             if (a.time != b.time) return a.time < b.time;
             return a.key.level != b.key.level ? a.key.level < b.key.level : a.key < b.key;
         });
-        ASSERT_TRUE(std::equal(
-            expected.begin(), expected.end(), needs.entries().begin(), needs.entries().end(),
-            [](const auto& a, const auto& b) { return a.key == b.key && a.time == b.time; }));
+        ASSERT_TRUE(std::ranges::equal(expected, needs.entries(), [](const auto& a, const auto& b) {
+            return a.key == b.key && a.time == b.time;
+        }));
         EXPECT_EQ(needs.time_until({0, 0, kLevel + 1}), kInfinity);
     }
 }

@@ -71,7 +71,7 @@ inline CameraNeed camera_at(const WorldPos& eye, const WorldPos& target, double 
 }
 
 inline bool holds(const ResidentSet& set, const ChunkKey& key) {
-    return set.find(key) != ResidentSet::kNone;
+    return set.find_ground(key) != nullptr;
 }
 
 /// Triangulates the resident chunks and checks the mesh and its certificate.

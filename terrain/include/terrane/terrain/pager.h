@@ -72,7 +72,7 @@ struct PagerSettings {
 struct PagerStats {
     std::size_t resident_bytes = 0;   ///< of live chunks, including those that only old sets hold
     std::size_t in_flight_bytes = 0;  ///< claimed for loads; cancelled ones count until they end
-    std::size_t resident_chunks = 0;  ///< in the current set
+    std::size_t resident_chunks = 0;  ///< in the current set, drawn and undrawn
     std::size_t late_chunks = 0;      ///< needed at the last search for needs, and absent
     std::size_t fading_chunks = 0;    ///< with a fade below 1
     /// Bodies that touch, or may lie below, ground that is not resident.
@@ -128,6 +128,10 @@ class RequiredRegion;
 /// whose need has ended is cancelled. Speculation uses idle slots only, evicts nothing, and stops if unused bytes would
 /// exceed 14 % of the bytes read. A failed load is retried after 0.1 s, then after a delay that doubles up to 10 s.
 ///
+/// Undrawn ground. Of chunks coarser than contact that only bodies need, the outline alone stays resident: bounds of
+/// absent ground, with which Pager::ground() answers as with the chunks. Neither they nor chunks below them are drawn
+/// until a camera or a required region needs them; the chunks are then loaded.
+///
 /// Ceiling. Bytes are claimed before a load starts. If not everything fits, the chunks needed last are evicted first:
 /// the picture becomes coarser everywhere instead of incomplete in places. A share is reserved for contact.
 ///
@@ -178,7 +182,7 @@ public:
 
     /// Requests all ground of a rectangle at contact level, for example before a teleport, and keeps it resident while
     /// the returned object lives. Its loads have the priority of contact; among them, earlier deadlines come first. A
-    /// region that is not finite, or a deadline that is NaN, is refused and counted.
+    /// region that is not finite, or a deadline that is NaN, is refused and counted. The ground can also be drawn.
     [[nodiscard]] RequiredRegion require(const WorldRect& region, double deadline_s);
 
     /// Loads until all needs of the last update() are resident, or the ceiling or a failing source prevents it.
