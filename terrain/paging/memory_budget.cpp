@@ -218,8 +218,8 @@ bool MemoryBudget::outline(ChunkTree::Index index) {
     const std::size_t bytes = outline_bytes(contact_level_ - node.key.level);
     ByteClaim claim;
     if (!claim_replacements(bytes, claim)) return false;
-    const auto made = std::make_shared<const Claimed>(
-        make_outline(*node.chunk, contact_level_, tree_->lattice().quantum), std::move(claim));
+    const auto made = std::make_shared<const Claimed>(Claimed{
+        make_outline(*node.chunk, contact_level_, tree_->lattice().quantum), std::move(claim)});
     tree_->replace(index, std::shared_ptr<const ChunkOutline>(made, &made->outline));
     return true;
 }

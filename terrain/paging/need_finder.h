@@ -18,8 +18,7 @@ namespace terrane::internal {
 /// Traverses the tree of resident chunks, computes the need of each, and lists needed absent chunks.
 class NeedFinder {
 public:
-    NeedFinder(const PagerSettings& settings, int contact_level)
-        : settings_(settings), contact_level_(contact_level) {}
+    explicit NeedFinder(const PagerSettings& settings) : settings_(settings) {}
 
     /// Updates the mean ratio of the error bounds of a level to their parents' bounds, from an arrived chunk of the
     /// level.
@@ -77,7 +76,6 @@ private:
     double decay(int level) const { return decays_[static_cast<std::size_t>(level)]; }
 
     PagerSettings settings_;
-    int contact_level_ = 0;
     std::array<double, 32> decays_ =
         filled_decays();  ///< mean ratio of a level's bound to its parent's
     static std::array<double, 32> filled_decays();

@@ -132,7 +132,7 @@ struct Pager::State {
           settings(chosen),
           contact_level(level),
           tree(source->lattice(), chunk_source),
-          needs(chosen, level),
+          needs(chosen),
           contact(*source, level),
           budget(tree, bytes, chosen, level),
           next_window{tree.window(), {}},

@@ -254,7 +254,6 @@ void VolumeEditor::State::use_latest_tiles(PreparedChange& change, const ChunkKe
 
 // Owner side: lets changes take effect.
 
-using internal::ChunkVersion;
 using internal::EditedVolumes;
 using internal::PreparedChange;
 

@@ -454,7 +454,7 @@ TEST(ResidentSetDeathTest, RefusesChangesThatBreakTheTree) {
                           std::size_t fade_count) {
         Chunks come;
         for (const ChunkKey& key : keys) come.push_back(fake_chunk(key));
-        return ResidentSet(set, gone, come, std::vector<float>(fade_count, 1.0f), 2);
+        return ResidentSet(set, gone, come, std::vector<float>(fade_count, 1.0f), 2, set.window());
     };
     EXPECT_EQ(make({root.child(0)}, {root.child(1)}, 2).chunks().size(), 2u);
     EXPECT_DEATH(make({root.child(1)}, {}, 2), "must be resident");

@@ -253,7 +253,7 @@ TEST(NeedFinder, FindsWhatLookingUpEveryChunkFinds) {
         SCOPED_TRACE(testing::Message() << "run " << run);
         const int contact_level = kFinest - random.below(2);
         ChunkTree tree = draw_tree(random, contact_level);
-        NeedFinder finder({}, contact_level);
+        NeedFinder finder(PagerSettings{});
         ContactNeeds contact(ground(), contact_level);
         std::map<ChunkKey, double> contact_until;
         const LoadTimes times;
