@@ -34,6 +34,38 @@ constexpr double kMostHeld_px = 1.55;
 // anyway.
 constexpr double kNearDisplacements = 10.0;
 
+enum Side { west, south, east, north };
+constexpr std::array kSides{west, south, east, north};
+
+ChunkKey beside(const ChunkKey& key, Side side) {
+    return {key.x + (side == east   ? 1
+                     : side == west ? -1
+                                    : 0),
+            key.y + (side == north   ? 1
+                     : side == south ? -1
+                                     : 0),
+            key.level};
+}
+
+Side opposite(Side side) { return static_cast<Side>((side + 2) % 4); }
+
+// Largest bound of the midpoints on a side of a chunk, metres.
+double side_bound(const Chunk& chunk, Side side) {
+    const ChunkVertices& vertices = *chunk.vertices;
+    float least = std::numeric_limits<float>::infinity();  // 1 / bound^2
+    for (int i = 0; i < kChunkSquares; ++i) {
+        const int along = 2 * i + 1;
+        const auto at = static_cast<std::size_t>(i);
+        const float inverse = side == west    ? vertices.inverse_square_bound(0, along)
+                              : side == south ? vertices.inverse_square_bound(along, 0)
+                              : side == east
+                                  ? from_upper_half(vertices.east_side.inverse_square_bounds[at])
+                                  : from_upper_half(vertices.north_side.inverse_square_bounds[at]);
+        least = std::min(least, inverse);
+    }
+    return static_cast<double>(bound_of(least));
+}
+
 // Conservative: false only if the box lies outside one of the side planes.
 bool may_hold(const Frustum& frustum, const WorldPos& eye, const WorldBox& box) {
     for (const Eigen::Vector3d& normal : frustum.normals) {
@@ -183,6 +215,7 @@ void ChunkTree::set_drawn(Index index, bool is_drawn) {
     node.inverse_fade = 1.0;
     if (is_drawn) shown_.push_back(index);
     changes_.push_back(node.key);
+    find_quadrants_beside(node.key);
     for (const Index child : node.child) {
         if (child != kNone) set_drawn(child, is_drawn);
     }
@@ -210,15 +243,38 @@ void ChunkTree::find_quadrant(Index index, int quadrant) {
         heights = {std::min(heights.low, solid->heights.low),
                    std::max(heights.high, solid->heights.high)};
     }
+    for (const Side side : kSides) {
+        const Index other = find(beside(child, side));
+        if (other == kNone || !(*this)[other].is_drawn) continue;
+        const Chunk& chunk = *(*this)[other].chunk;
+        const double of_side = side_bound(chunk, opposite(side));
+        if (!(of_side > bound)) continue;
+        // the triangles that a midpoint splits extend into the chunk beside the child
+        bound = of_side;
+        heights = {std::min(heights.low, lattice_.quantum * chunk.low - bound),
+                   std::max(heights.high, lattice_.quantum * chunk.high + bound)};
+    }
     const WorldRect rect = rect_of(lattice_, child);
     found.bounds[at] = bound;
     found.boxes[at] = {{rect.west - margin, rect.south - margin, heights.low},
                        {rect.east + margin, rect.north + margin, heights.high}};
 }
 
+// Updates the quadrants that children beside a chunk belong to.
+void ChunkTree::find_quadrants_beside(const ChunkKey& key) {
+    if (key.level == 0) return;
+    for (const Side side : kSides) {
+        const ChunkKey child = beside(key, side);
+        if (const Index parent = find(child.parent()); parent != kNone)
+            find_quadrant(parent, child.quadrant());
+    }
+}
+
 void ChunkTree::replace(Index index, std::shared_ptr<const Chunk> chunk) {
     Node& node = (*this)[index];
+    const bool was_drawn = node.is_drawn;
     TERRANE_ASSERT(node.key == chunk->key, "a chunk is replaced by one of its key");
+    const ChunkKey key = node.key;
     node.chunk = std::move(chunk);
     node.bytes = node.chunk->bytes();
     node.outline.reset();
@@ -226,6 +282,7 @@ void ChunkTree::replace(Index index, std::shared_ptr<const Chunk> chunk) {
     changes_.push_back(node.key);
     if (node.key.level < lattice_.finest_level) find_quadrants(index);
     set_drawn(index, node.parent == kNone || (*this)[node.parent].is_drawn);
+    if (was_drawn) find_quadrants_beside(key);
 }
 
 void ChunkTree::replace(Index index, std::shared_ptr<const ChunkOutline> outline) {
@@ -257,8 +314,10 @@ void ChunkTree::erase(Index index) {
         --parent.child_count;
     }
     index_.erase(key);
+    const bool was_drawn = node.is_drawn;
     node = {};
     free_.push_back(index);
+    if (was_drawn) find_quadrants_beside(key);
 }
 
 ChunkTree::Index ChunkTree::find(const ChunkKey& key) const {

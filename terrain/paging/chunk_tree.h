@@ -101,7 +101,8 @@ public:
 
     /// What cameras need to know of the quadrants of a chunk, apart from the nodes, which every plan reads.
     struct Quadrants {
-        /// [quadrant] Bounding box of the surface, and error bound, metres, if the child is absent.
+        /// [quadrant] Bounding box of the surface, and error bound, metres, if the child is absent. They include those
+        /// of the midpoints on the sides of drawn chunks beside the child, which are not active without it.
         std::array<WorldBox, 4> boxes;
         std::array<double, 4> bounds{};
     };
@@ -150,6 +151,7 @@ private:
     void set_drawn(Index index, bool is_drawn);
     void find_quadrants(Index index);
     void find_quadrant(Index index, int quadrant);
+    void find_quadrants_beside(const ChunkKey& key);
 
     const ChunkSource* source_;
     Lattice lattice_, window_;

@@ -86,6 +86,19 @@ class MeshFormats(Folder):
         self.assertEqual((process.returncode, error), (0, ""))
 
 
+class MeshOfCliff(Folder):
+    def test_rough_ground_beside_flat_ground_is_met(self):
+        # vertices on the line between them need chunks of the flat ground, which deviates nowhere
+        heights = np.zeros((1024, 1024))
+        heights[:512] = np.round(300 + np.random.default_rng(3).uniform(-25, 25, (512, 1024)), 1)
+        raster = self.write_grid("cliff.asc", heights, 10.0)
+        for eye, error_px in (("0,-9000,3000", 3), ("3000,-16000,900", 1.5)):
+            summary = run_json("mesh", "--dem", raster, f"--eye={eye}", "--look=0,0,200", "--budget", 1_000_000, "--max-error-px", error_px,
+                               "--out", self.path("cliff.ply"))
+            self.assertEqual(summary["status"], "error_met")
+            self.assertLessEqual(summary["error_px"], error_px)
+
+
 class MeshObjects(Folder):
     """Against boxes whose corners are computed here."""
 
