@@ -11,9 +11,9 @@ import math
 import numpy as np
 
 # Measured: docs/store.md
-SCAN_SAMPLES_PER_S = 4e8 / 109.0  # processor seconds; one process
+SCAN_SAMPLES_PER_S = 4e8 / 73.9  # processor seconds; one process
 SCAN_BYTES_OF_MEMORY = 0.8  # a sample
-SHARD_SAMPLES_PER_S = 4096.0**2 / 10.2  # processor seconds
+SHARD_SAMPLES_PER_S = 4096.0**2 / 5.4  # processor seconds
 STORE_BYTES = 1.22  # a sample, SRTM
 CHUNK_BYTES = 90e3  # with detail, the largest
 CHUNKS_PER_S, REQUESTS_PER_CHUNK = 129 / 20, 112 / 129  # of a flight at 250 m/s
