@@ -330,11 +330,11 @@ void DiamondWindow::find_runs() {
     }
 }
 
-// A vertex's own deviation is that of its neighbour of the same kind, 2 n away, if the rows (or columns) around both
-// are equal: the same heights enter the same operations. This includes cells, although neighbours are cut along
-// different diagonals. Over equal rows both planes of a cell are level along y; one starts from the eastern corner, the
-// other one from the western corner, whichever diagonal divides them. Where the rows around the descendants of both are
-// equal too, up to 3 n away, so are their bounds.
+// Deviations repeat over equal rows, and over equal columns: a vertex has the deviation of its neighbour of the same
+// kind, 2 n away, because the same heights enter the same operations. This includes cells, although neighbours are cut
+// along different diagonals. Over equal rows both planes of a cell are level along y; one starts from the eastern
+// corner, the other one from the western corner, whichever diagonal divides them. Bounds repeat where the rows around
+// the descendants of both vertices, up to 3 n away, are equal too.
 void compute_bounds(DiamondWindow& window, int last_n) {
     window.bounds.resize(window.heights.size(), 0.0f);
     DeviationRows rows(window);

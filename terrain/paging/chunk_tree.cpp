@@ -205,7 +205,7 @@ ChunkTree::Index ChunkTree::insert(std::shared_ptr<const Chunk> chunk) {
     return index;
 }
 
-// Draws a node and those of its descendants that are resident without a gap, or none of them.
+// Shows or hides a node and its descendants. Chunks below an outline stay hidden.
 void ChunkTree::set_drawn(Index index, bool is_drawn) {
     Node& node = (*this)[index];
     if (node.is_drawn == is_drawn || node.chunk == nullptr) return;

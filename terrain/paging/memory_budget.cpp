@@ -249,7 +249,7 @@ bool MemoryBudget::claim_replacements(std::size_t bytes, ByteClaim& claim) {
     return true;
 }
 
-// Whether a camera would see the removal of a chunk and of what is drawn below it.
+// Whether a camera would see a chunk and its drawn descendants vanish.
 bool MemoryBudget::is_seen(ChunkTree::Index index) {
     const ChunkTree::Node& node = (*tree_)[index];
     if (skips_fades_ || !node.is_drawn) return false;

@@ -118,7 +118,7 @@ NeedFinder::Needs NeedFinder::visit(ChunkTree& tree, ChunkTree::Index index,
     if (tree[index].key.level < lattice_->finest_level) {
         for (int quadrant = 0; quadrant < 4; ++quadrant) {
             const ContactNeeds::Slot child_slot = contact_->child(slot, quadrant);
-            // without a camera, only bodies and regions need what is absent
+            // without a camera, only bodies and regions need absent chunks
             if (predicted_views_.empty() && child_slot == ContactNeeds::kNone &&
                 tree[index].child[static_cast<std::size_t>(quadrant)] == ChunkTree::kNone) {
                 continue;

@@ -33,8 +33,8 @@ public:
     };
 
     /// Sets the need of every node and lists the needed absent chunks, including those descendants of absent chunks
-    /// that would arrive late if they were requested only after their parents' arrival. A chunk of which only the
-    /// outline is resident counts as absent for cameras and regions.
+    /// that would arrive late if they were requested only after their parents' arrival. Cameras and regions treat an
+    /// outline as an absent chunk.
     ///
     /// Cost: proportional to the needed chunks, present and absent, and those needed before
     ///
@@ -64,7 +64,7 @@ private:
     Needs visit(ChunkTree& tree, ChunkTree::Index index, ContactNeeds::Slot slot);
     Needs visit_child(ChunkTree& tree, ChunkTree::Index index, int quadrant,
                       ContactNeeds::Slot slot);
-    /// What is found at and below absent chunks.
+    /// The least slack of an absent chunk and its absent descendants, and their needs without those of bodies.
     struct Absent {
         double slack_s = std::numeric_limits<double>::infinity();
         Need of_drawing;
