@@ -59,6 +59,8 @@ struct ThreadLoader::State {
     std::size_t lost_count = 0;
     bool is_stopping = false;
 
+    /// Chunks of the loads in progress, except for lost workers.
+    std::vector<ChunkKey> keys_in_progress();
     // These functions require the lock.
     std::size_t active_count() const { return workers.size() - lost_count; }
     /// Whether a load will finish or time out without a further call.
@@ -128,6 +130,16 @@ bool ThreadLoader::State::is_busy() const {
     return std::any_of(workers.begin(), workers.end(), [](const Worker& worker) {
         return !worker.is_lost && !worker.load.empty();
     });
+}
+
+std::vector<ChunkKey> ThreadLoader::State::keys_in_progress() {
+    const std::lock_guard lock(mutex);
+    std::vector<ChunkKey> keys;
+    for (const Worker& worker : workers) {
+        if (!worker.is_lost && !worker.load.empty())
+            keys.push_back(worker.load.front().request.key);
+    }
+    return keys;
 }
 
 ThreadLoader::State::Clock::time_point ThreadLoader::State::next_timeout() const {
@@ -249,7 +261,8 @@ std::vector<LoadRequest> ThreadLoader::take_queue() {
 
 void ThreadLoader::queue(std::vector<LoadRequest> requests) {
     std::list<State::Load> loads;
-    std::vector<ChunkKey> keys;
+    // A load that has just started may not have asked the source for its chunk yet.
+    std::vector<ChunkKey> keys = state_->keys_in_progress();
     for (LoadRequest& request : requests) {
         keys.push_back(request.key);
         loads.emplace_back().request = std::move(request);

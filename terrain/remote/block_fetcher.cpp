@@ -52,6 +52,7 @@ struct BlockFetcher::Piece {
     std::string last_cause;           // of the last one
     bool is_requested = false;
     bool is_expected = false;
+    bool is_later = false;  // if no call waits, requested only with a neighbour
 
     bool is_unwanted() const { return waits.empty() && !is_expected; }
 
@@ -218,14 +219,14 @@ Result<std::vector<BlockFetcher::Fetched>> BlockFetcher::fetch(std::span<const B
     return fetched;
 }
 
-void BlockFetcher::expect(std::span<const BlockKey> keys) {
+void BlockFetcher::expect(std::span<const BlockKey> soon, std::span<const BlockKey> later) {
     const std::lock_guard lock(mutex_);
     bool has_changed = false;
     for (auto& [key, piece] : blocks_) piece->is_expected = false;
-    // Blocks for which calls wait stay in front of the queue; expected blocks follow in the order of `keys`.
+    // Blocks for which calls wait stay in front of the queue; expected blocks follow in the given order.
     std::list<std::shared_ptr<Piece>> expected;
-    for (const BlockKey& key : keys) {
-        if (in_memory_.contains(key)) continue;
+    const auto add = [&](const BlockKey& key, bool is_later) {
+        if (in_memory_.contains(key)) return;
         std::shared_ptr<Piece> piece;
         if (const auto same = blocks_.find(key); same != blocks_.end()) {
             piece = same->second;
@@ -236,13 +237,17 @@ void BlockFetcher::expect(std::span<const BlockKey> keys) {
                                .file_bytes = key.file_bytes});
             has_changed = true;
         } else {
-            continue;
+            return;
         }
+        has_changed = has_changed || (piece->is_later && !is_later);
         piece->is_expected = true;
-        if (piece->is_requested || !piece->waits.empty()) continue;
+        piece->is_later = is_later;
+        if (piece->is_requested || !piece->waits.empty()) return;
         const auto queued = std::ranges::find(queue_, piece);
         if (queued != queue_.end()) expected.splice(expected.end(), queue_, queued);
-    }
+    };
+    for (const BlockKey& key : soon) add(key, false);
+    for (const BlockKey& key : later) add(key, true);
     queue_.splice(queue_.end(), expected);
     const bool has_unwanted =
         std::ranges::any_of(blocks_, [](const auto& block) { return block.second->is_unwanted(); });
@@ -330,13 +335,12 @@ void BlockFetcher::stop_unwanted() {
         }
     }
     for (auto transfer = transfers_.begin(); transfer != transfers_.end();) {
-        // The pieces before `next` are complete.
-        const auto rest = std::span(transfer->pieces).subspan(transfer->next);
-        if (rest.empty() || !std::ranges::all_of(rest, is_unwanted)) {
+        // One that has delivered a block delivers its neighbours too: another connection would cost more.
+        if (transfer->next > 0 || !std::ranges::all_of(transfer->pieces, is_unwanted)) {
             ++transfer;
             continue;
         }
-        for (const std::shared_ptr<Piece>& piece : rest) {
+        for (const std::shared_ptr<Piece>& piece : transfer->pieces) {
             if (piece->is_block) blocks_.erase(piece->key());
         }
         ++counts_.cancelled;
@@ -383,7 +387,8 @@ void BlockFetcher::start_transfers(Clock::time_point now) {
         auto next = std::ranges::find_if(
             queue_, [&](const auto& piece) { return is_due(piece) && !piece->waits.empty(); });
         if (next == queue_.end() && transfers_.size() < most_expected) {
-            next = std::ranges::find_if(queue_, is_due);
+            next = std::ranges::find_if(
+                queue_, [&](const auto& piece) { return is_due(piece) && !piece->is_later; });
         }
         if (next == queue_.end()) return;
         Transfer& transfer = transfers_.emplace_back();

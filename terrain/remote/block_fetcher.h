@@ -47,9 +47,10 @@ public:
     /// Forgets a block.
     void discard(const BlockKey& key);
 
-    /// Reads these blocks while connections are free, the first ones first, unless they are in memory. Replaces what
-    /// was expected: of those that are expected no more, requests without calls that wait are stopped.
-    void expect(std::span<const BlockKey> keys);
+    /// Reads the blocks `soon` while connections are free, the first ones first, unless they are in memory; the blocks
+    /// `later` only in requests for their neighbours. Replaces what was expected: of those that are expected no more,
+    /// requests without calls that wait are stopped.
+    void expect(std::span<const BlockKey> soon, std::span<const BlockKey> later);
     /// Reads blocks, and waits for them.
     /// Fails: io, bad_data; timed_out at the deadline; cancelled after a request to stop
     Result<std::vector<Fetched>> fetch(std::span<const BlockKey> keys, Clock::time_point deadline,

@@ -140,7 +140,7 @@ public:
     void expect(std::span<const ExpectedRange> ranges) const override {
         const std::lock_guard lock(expecting_);
         std::map<BlockKey, bool> is_on_disk;  // of the blocks that are expected now
-        std::vector<BlockKey> missing;
+        std::vector<BlockKey> soon, later;
         for (const ExpectedRange& range : ranges) {
             const FileRange empty{range.name, range.file_bytes, range.offset, {}};
             if (range.bytes == 0 || !check_range_of(empty) ||
@@ -156,11 +156,11 @@ public:
                 const auto known = is_expected_on_disk_.find(key);
                 place->second =
                     known != is_expected_on_disk_.end() ? known->second : disk_.contains(key);
-                if (!place->second) missing.push_back(key);
+                if (!place->second) (range.is_later ? later : soon).push_back(key);
             }
         }
         is_expected_on_disk_ = std::move(is_on_disk);
-        fetcher_.expect(missing);
+        fetcher_.expect(soon, later);
     }
 
     bool discard(const FileRange& range) const override {

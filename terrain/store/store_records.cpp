@@ -237,29 +237,42 @@ Result<std::vector<RecordContent>> ShardRecords::read(std::span<const Wanted> wa
 void ShardRecords::expect(std::span<const Expected> expected) const {
     std::vector<ExpectedRange> ranges;
     std::set<std::int64_t> unknown;  // shards whose index is not read yet
-    const auto add = [&](std::int64_t shard, const auto& record_in, std::size_t most_bytes) {
+    const auto add = [&](std::int64_t shard, const auto& record_in, std::size_t most_bytes,
+                         bool is_later) {
         const ShardFile& file = manifest_.shards[static_cast<std::size_t>(shard)];
         if (const auto index = cached_index(shard)) {
             const StoredRecord& record = record_in(*index);
             if (!is_inside(record, file, most_bytes)) return;
-            ranges.push_back({file.file_name(), file.bytes, record.offset, record.bytes});
+            ranges.push_back({file.file_name(), file.bytes, record.offset, record.bytes, is_later});
         } else if (unknown.insert(shard).second) {
             ranges.push_back(
                 {file.file_name(), file.bytes, file.bytes - file.index_bytes, file.index_bytes});
         }
     };
-    for (const Expected& one : expected) {
+    const auto add_chunk = [&](const ChunkKey& key, bool is_later) {
         add(
-            layout_.shard_of(one.chunk),
+            layout_.shard_of(key),
             [&](const Index& index) -> const StoredRecord& {
-                return index.chunks[index.extent.index_of(one.chunk)];
+                return index.chunks[index.extent.index_of(key)];
             },
-            max_encoded_bytes());
+            max_encoded_bytes(), is_later);
+    };
+    for (const Expected& one : expected) {
+        add_chunk(one.chunk, false);
         for (const SquareKey& key : one.squares) {
             add(
                 layout_.shard_of(key),
                 [&](const Index& index) -> const StoredRecord& { return index.square(key); },
-                max_square_bytes());
+                max_square_bytes(), false);
+        }
+    }
+    // The children of a chunk are stored side by side, and most are needed within seconds of the first.
+    for (const Expected& one : expected) {
+        if (one.chunk.level == 0) continue;
+        for (int quadrant = 0; quadrant < 4; ++quadrant) {
+            const ChunkKey sibling = one.chunk.parent().child(quadrant);
+            if (sibling != one.chunk && layout_.shard_of(sibling) == layout_.shard_of(one.chunk))
+                add_chunk(sibling, true);
         }
     }
     files_->expect(ranges);

@@ -404,8 +404,8 @@ TEST(OpenHttp, RefusesSettingsOutOfRange) {
 // ---- expected ranges
 
 /// A range of so many blocks.
-ExpectedRange blocks_at(std::uint64_t first, std::uint64_t count) {
-    return {kShard, kFileBytes, first * kBlock, count * kBlock};
+ExpectedRange blocks_at(std::uint64_t first, std::uint64_t count, bool is_later = false) {
+    return {kShard, kFileBytes, first * kBlock, count * kBlock, is_later};
 }
 
 void expect(const ShardFiles& files, const std::vector<ExpectedRange>& ranges) {
@@ -425,6 +425,40 @@ TEST_F(HttpFilesTest, ReadsExpectedBlocksBeforeTheyAreWanted) {
     expect(*files, {blocks_at(2, 4)});
     EXPECT_EQ(read_one(*files, 30 * kBlock, 9, kFileBytes), "");
     EXPECT_EQ(files->statistics().requests, 2u);
+}
+
+TEST_F(HttpFilesTest, LaterBlocksAreReadOnlyWithTheirNeighbours) {
+    const auto files = open_files(server_.url());
+    expect(*files, {blocks_at(10, 1), blocks_at(9, 1, true), blocks_at(11, 2, true),
+                    blocks_at(20, 2, true), blocks_at(10, 1, true)});
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 4 * kBlock; }));
+    EXPECT_EQ(read_one(*files, 9 * kBlock, 4 * kBlock, kFileBytes), "");
+    EXPECT_EQ(files->statistics().memory_hits, 4u);
+    ASSERT_EQ(server_.requests().size(), 1u);
+    EXPECT_EQ(server_.requests()[0].range, std::pair(9 * kBlock, 13 * kBlock - 1));
+    // A call that waits for one of them is a request, and takes its neighbour along.
+    EXPECT_EQ(read_one(*files, 20 * kBlock, 9, kFileBytes), "");
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 6 * kBlock; }));
+    EXPECT_EQ(files->statistics().requests, 2u);
+    // What has become urgent is one too.
+    expect(*files, {blocks_at(30, 1, true)});
+    expect(*files, {blocks_at(30, 1)});
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 7 * kBlock; }));
+}
+
+TEST_F(HttpFilesTest, ARequestThatHasDeliveredABlockIsReadToItsEnd) {
+    const auto files = open_files(server_.url());
+    server_.fail_next(kShard, {{.kind = ServerFault::Kind::halt, .text = {}}});
+    expect(*files, {blocks_at(7, 1), blocks_at(8, 3, true)});
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 2 * kBlock; }));
+    EXPECT_EQ(read_one(*files, 7 * kBlock, kBlock, kFileBytes), "");
+    expect(*files, {});
+    EXPECT_EQ(read_one(*files, 20 * kBlock, 9, kFileBytes), "");  // requested after expect()
+    server_.release();
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 5 * kBlock; }));
+    EXPECT_EQ(read_one(*files, 8 * kBlock, 3 * kBlock, kFileBytes), "");
+    EXPECT_EQ(files->statistics().requests, 2u);
+    EXPECT_EQ(files->statistics().cancelled, 0u);
 }
 
 TEST_F(HttpFilesTest, WrongExpectedRangesAreLeftOut) {
@@ -538,7 +572,7 @@ TEST_F(HttpFilesTest, RandomExpectationsAndCallsGiveTheRightBytes) {
             for (int i = 0; i < 150; ++i) {
                 std::vector<ExpectedRange> ranges;
                 for (auto k = random() % 6; k > 0; --k) {
-                    ranges.push_back(blocks_at(random() % 36, 1 + random() % 4));
+                    ranges.push_back(blocks_at(random() % 36, 1 + random() % 4, random() % 2 == 0));
                 }
                 if (seed % 2 == 0) expect(*files, ranges);
                 std::stop_source stop;

@@ -107,6 +107,7 @@ void HttpServer::hold() {
 void HttpServer::release() {
     const std::lock_guard lock(mutex_);
     is_held_ = false;
+    is_released_ = true;
     released_.notify_all();
 }
 
@@ -160,6 +161,16 @@ bool HttpServer::send_slowly(int handle, const std::string& body) {
         }
     }
     return true;
+}
+
+bool HttpServer::send_halves(int handle, const std::string& reply, std::size_t half) {
+    if (!send_all(handle, reply.substr(0, half))) return false;
+    while (!is_released_ && !is_ending_) {
+        if (!is_left(handle, 5)) continue;
+        ++aborted_count_;
+        return false;
+    }
+    return send_all(handle, reply.substr(half));
 }
 
 bool HttpServer::answer(int handle, const Request& request) {
@@ -241,6 +252,7 @@ bool HttpServer::answer(int handle, const Request& request) {
         return false;
     }
     head += "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n";
+    if (is(Kind::halt)) return send_halves(handle, head + body, head.size() + body.size() / 2);
     if (is(Kind::drip)) return send_all(handle, head) && send_slowly(handle, body);
     if (is(Kind::cut_short)) {
         send_all(handle, head + body.substr(0, body.size() / 2));

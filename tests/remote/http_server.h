@@ -20,6 +20,7 @@ namespace terrane::test {
 struct ServerFault {
     enum class Kind {
         status,        ///< only a status line and `text` as further headers
+        halt,          ///< sends the second half of the body after release()
         cut_short,     ///< closes the connection after half of the body
         drip,          ///< sends a byte of the body every 20 ms
         hang,          ///< reads the request and says nothing
@@ -67,6 +68,7 @@ public:
     void fail_at_random(ServerFault fault, double share, std::uint64_t seed);
     /// Holds replies back until release().
     void hold();
+    /// Also of replies that were halted.
     void release();
 
     std::vector<Request> requests() const;
@@ -81,6 +83,7 @@ private:
     void serve_connection(int handle);
     bool answer(int handle, const Request& request);
     bool send_slowly(int handle, const std::string& body);
+    bool send_halves(int handle, const std::string& reply, std::size_t half);
     bool is_left(int handle, int milliseconds) const;
 
     int listener_ = -1, port_ = 0;
@@ -88,6 +91,7 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable released_;
     bool is_held_ = false;
+    std::atomic<bool> is_released_{false};
     std::atomic<bool> is_ending_{false};
     std::map<std::string, std::string> files_;
     std::map<std::string, std::list<ServerFault>> next_faults_;

@@ -443,13 +443,14 @@ public:
     }
     void expect(std::span<const ExpectedRange> ranges) const override {
         expected.clear();
+        later.clear();
         for (const ExpectedRange& range : ranges) {
             EXPECT_LE(range.offset + range.bytes, range.file_bytes);
-            expected.insert({range.name, range.offset, range.bytes});
+            (range.is_later ? later : expected).insert({range.name, range.offset, range.bytes});
         }
     }
 
-    mutable std::set<Range> expected, read_ranges;
+    mutable std::set<Range> expected, later, read_ranges;
 };
 
 TEST(ShardedStore, ExpectsWhatItsChunksRead) {
@@ -482,6 +483,39 @@ TEST(ShardedStore, ExpectsWhatItsChunksRead) {
         chunks_of(*store).expect_chunks({});
         EXPECT_TRUE(files->expected.empty()) << "the last call replaces the one before";
     }
+}
+
+TEST(ShardedStore, ExpectsSiblingsLaterAndBesideTheirChunk) {
+    const auto source = small_fractal();
+    const TemporaryFolder folder;
+    bake(*source, folder.file("a"));
+    const auto files = std::make_shared<NotedFiles>(open_shard_folder(folder.file("a")).value());
+    const auto store = ChunkStore::open(files).value();
+    int compared_count = 0;
+    for (const ChunkKey& key : all_keys(store->lattice())) {
+        ASSERT_TRUE(make_chunk(*store, key).has_value());
+        const auto range_of = [&](const ChunkKey& of) {
+            chunks_of(*store).expect_chunks({&of, 1});
+            return *files->expected.begin();
+        };
+        chunks_of(*store).expect_chunks({&key, 1});
+        const std::set<NotedFiles::Range> later = files->later;
+        if (later.empty()) continue;  // the first chunk of a shard
+        std::set<NotedFiles::Range> siblings;
+        for (int quadrant = 0; quadrant < 4; ++quadrant) {
+            siblings.insert(range_of(key.parent().child(quadrant)));
+        }
+        EXPECT_EQ(siblings.erase(range_of(key)), 1u);
+        EXPECT_EQ(later, siblings);
+        siblings.insert(range_of(key));
+        std::uint64_t end = std::get<1>(*siblings.begin());
+        for (const auto& [name, offset, bytes] : siblings) {
+            EXPECT_EQ(offset, end) << "records of siblings are side by side";
+            end = offset + bytes;
+        }
+        ++compared_count;
+    }
+    EXPECT_GT(compared_count, 16);
 }
 
 }  // namespace terrane::internal::sharded_store_test

@@ -3,6 +3,8 @@
 #include "support/random.h"
 #include "terrain/paging/pager_scene.h"
 
+#include <terrane/terrain/composed_heights.h>
+
 #include <gtest/gtest.h>
 #include <pthread.h>
 
@@ -26,6 +28,39 @@ std::unique_ptr<ThreadLoader> loader_of(std::shared_ptr<const HeightSource> sour
     return ThreadLoader::create(std::move(source),
                                 {.worker_count = worker_count, .timeout = timeout})
         .value();
+}
+
+/// Notes which chunks are expected.
+class NotedHeights final : public ForwardedHeights {
+public:
+    explicit NotedHeights(std::shared_ptr<const HeightSource> heights)
+        : ForwardedHeights(std::move(heights)) {}
+    void expect_chunks(std::span<const ChunkKey> keys) const override {
+        expected.assign(keys.begin(), keys.end());
+    }
+
+    mutable std::vector<ChunkKey> expected;
+};
+
+TEST(ThreadLoader, ExpectsTheChunksOfLoadsInProgressAndOfTheQueue) {
+    const auto hung = hills({{.fault = Fault::hang, .times = 1}});
+    const auto source = std::make_shared<NotedHeights>(hung);
+    Loads loads;
+    auto loader = loader_of(source);
+    loader->queue(loads.requests({kA, kB}));
+    EXPECT_EQ(source->expected, (std::vector<ChunkKey>{kA, kB}));
+    hung->wait_for_hung(1);
+    loader->take_queue();
+    loader->queue(loads.requests({kC}));
+    EXPECT_EQ(source->expected, (std::vector<ChunkKey>{kA, kC}));
+    hung->release();
+    EXPECT_EQ(Loads::take(*loader, 2).size(), 2u);
+    loader->queue({});
+    EXPECT_TRUE(source->expected.empty());
+    loader->queue(loads.requests({kB}));
+    EXPECT_EQ(source->expected, std::vector<ChunkKey>{kB});
+    loader.reset();
+    EXPECT_TRUE(source->expected.empty());
 }
 
 TEST(ThreadLoader, LoadsTheChunksOfMakeChunkInTheOrderOfTheQueue) {

@@ -27,6 +27,8 @@ struct ExpectedRange {
     std::uint64_t file_bytes = 0;  ///< size of the whole file; the range is inside it
     std::uint64_t offset = 0;      ///< of the first byte of the range
     std::uint64_t bytes = 0;       ///< size of the range
+    /// Read only together with a range beside it that is read sooner.
+    bool is_later = false;
 };
 
 /// Where the files of a sharded store are: a folder, or a server.
@@ -49,8 +51,8 @@ public:
     virtual Result<void> read(std::span<const FileRange> ranges,
                               const std::stop_token& stop) const = 0;
 
-    /// Says which ranges will be read soon, the most urgent one first. Files that are slow may begin to read them.
-    /// Replaces what the last call said. Does not wait.
+    /// Says which ranges will be read soon, the most urgent one first, and after them those that may be read later.
+    /// Files that are slow may begin to read them. Replaces what the last call said. Does not wait.
     virtual void expect(std::span<const ExpectedRange> /*ranges*/) const {}
 
     /// Says that bytes which were read are damaged. Returns whether they came from a cache, which has dropped them, so
