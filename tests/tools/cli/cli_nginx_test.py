@@ -1,9 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Flights in real time over a terrain that nginx serves, with a latency and a rate of the network. Run with the label long."""
+"""Flights over a terrain that nginx serves: with HTTP/2, and in real time with a latency and a rate of the network, which have the label long."""
 
 import asyncio
+import json
 import os
+import shutil
+import subprocess
 import sys
 import threading
 import time
@@ -11,8 +14,9 @@ import unittest
 
 os.environ["no_proxy"] = "127.0.0.1"  # before the program's server starts
 import nginx
-from program import Folder, run_json
+from program import PROGRAM, Folder, run_json
 
+RASTER = os.path.join(os.path.dirname(__file__), "../../../tools/data/jacksboro.tif")
 LATENCY, RATE = 0.1, 10e6  # seconds there and back; bytes a second
 
 
@@ -82,8 +86,7 @@ class Network:
 class Nginx(Folder):
     def setUp(self):
         super().setUp()
-        raster = os.path.join(os.path.dirname(__file__), "../../../tools/data/jacksboro.tif")
-        run_json("bake", "--dem", raster, "--seed", 7, "--detail-m", 5, "--out", self.path("store"), "--sharded")
+        run_json("bake", "--dem", RASTER, "--seed", 7, "--detail-m", 5, "--out", self.path("store"), "--sharded")
         network = Network(nginx.serve(self))
         self.addCleanup(network.stop)
         self.address = f"http://127.0.0.1:{network.port}/store/"
@@ -104,6 +107,50 @@ class Nginx(Folder):
         self.assertGreater(cold["http"]["latency_s"], 0.9 * LATENCY)
         self.assertLess(cold["http"]["requests"], cold["chunks_loaded"])
         self.assertLess(warm["http"]["requests"], 5)
+
+
+@unittest.skipUnless(nginx.NGINX and shutil.which("openssl"), "nginx or openssl is not installed")
+class Http2(Folder):
+    FLIGHT = ["--path", "straight", "--seconds", 1, "--fps", 10, "--threads", 4, "--budget", 20_000, "--size", "160x90"]
+
+    def setUp(self):
+        super().setUp()
+        _, raster = self.hills(300, 200)
+        run_json("bake", "--dem", raster, "--seed", 7, "--detail-m", 4, "--out", self.path("store"), "--sharded")
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2",
+                        "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", self.path("key.pem"),
+                        "-out", self.path("certificate.pem")], check=True, capture_output=True)
+
+    def fly(self, name, terrain):
+        """The meshes of a flight, and what the program says of its requests."""
+        words = [PROGRAM, "fly", "--dem", terrain, *map(str, self.FLIGHT), "--http-cache", "off", "--out", self.path(name), "--json"]
+        trust = {"CURL_CA_BUNDLE": self.path("certificate.pem"), "no_proxy": "localhost"}
+        done = subprocess.run(words, env=os.environ | trust, capture_output=True, text=True, timeout=120)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        meshes = [[row[key] for key in ("eye_x_m", "eye_y_m", "triangles", "error_px")] for row in self.rows(f"{name}/frames.csv")]
+        return meshes, json.loads(done.stdout).get("http")
+
+    def fly_over(self, options):
+        """The same over a server; the protocols and the number of the connections of its requests."""
+        port = nginx.serve(self, f"{options}; ssl_certificate {self.path('certificate.pem')}; ssl_certificate_key {self.path('key.pem')}")
+        meshes, http = self.fly("over", f"https://localhost:{port}/store/")
+        log = [line.split() for line in self.read(f"access{port}.log").decode().splitlines()]
+        self.assertEqual(http["failures"], {})
+        self.assertGreater(len(log), http["requests"] / 2)  # the server logs a request after its last byte
+        return meshes, {protocol for protocol, _ in log}, len({connection for _, connection in log}), len(log)
+
+    def test_requests_share_a_connection(self):
+        meshes, _ = self.fly("folder", self.path("store"))
+        # Requests at the same time need several connections without HTTP/2.
+        over, protocols, connections, _ = self.fly_over("ssl")
+        self.assertEqual((over, protocols), (meshes, {"HTTP/1.1"}))
+        self.assertGreater(connections, 1)
+        over, protocols, connections, _ = self.fly_over("ssl http2")
+        self.assertEqual((over, protocols, connections), (meshes, {"HTTP/2.0"}, 1))
+        # The server closes each connection after a few requests.
+        over, protocols, connections, requests = self.fly_over("ssl http2; keepalive_requests 5")
+        self.assertEqual((over, protocols), (meshes, {"HTTP/2.0"}))
+        self.assertGreaterEqual(connections, requests / 5)
 
 
 if __name__ == "__main__":

@@ -11,9 +11,10 @@ NGINX = shutil.which("nginx") or shutil.which("nginx", path="/usr/sbin")
 CONFIGURATION = """daemon off; master_process off; pid {folder}/nginx.pid; error_log {folder}/error.log;
 events {{ worker_connections 256; }}
 http {{
-    access_log off; client_body_temp_path {folder}/body; proxy_temp_path {folder}/proxy;
+    client_body_temp_path {folder}/body; proxy_temp_path {folder}/proxy;
     fastcgi_temp_path {folder}/fastcgi; uwsgi_temp_path {folder}/uwsgi; scgi_temp_path {folder}/scgi;
-    server {{ listen 127.0.0.1:{port}; root {folder}; }}
+    log_format requests "$server_protocol $connection"; access_log {folder}/access{port}.log requests;
+    server {{ listen 127.0.0.1:{port} {options}; root {folder}; }}
 }}
 """
 
@@ -24,10 +25,12 @@ def free_port():
         return free.getsockname()[1]
 
 
-def serve(test):
-    """Serves the folder of a test until the test's end, and returns the port."""
+def serve(test, options=""):
+    """Serves the folder of a test until the test's end, and returns the port.
+
+    options: of nginx's directive "listen", and further directives of the server. access<port>.log has protocol and connection of each request."""
     port = free_port()
-    configuration = test.write("nginx.conf", CONFIGURATION.format(folder=test.folder, port=port))
+    configuration = test.write(f"nginx{port}.conf", CONFIGURATION.format(folder=test.folder, port=port, options=options))
     server = subprocess.Popen([NGINX, "-e", test.path("error.log"), "-c", configuration])
     test.addCleanup(server.wait)
     test.addCleanup(server.terminate)
