@@ -353,10 +353,14 @@ BlockFetcher::Pieces BlockFetcher::merge_neighbours(const std::shared_ptr<Piece>
                                                     Clock::time_point now) const {
     Pieces pieces{first};
     if (!first->is_block) return pieces;
+    // While requests are many, the bandwidth is the limit: blocks that can wait would delay others.
+    const auto quarter = static_cast<std::size_t>(client_.settings().connection_count) / 4;
+    const bool may_add_later = transfers_.size() <= quarter;
     std::uint64_t bytes = first->request.bytes;
     const auto add = [&](const std::shared_ptr<Piece>& piece, bool is_neighbour, bool in_front) {
+        const bool is_unasked = piece->is_later && piece->waits.empty();
         if (!is_neighbour || piece->is_requested || piece->due > now ||
-            piece->request.name != first->request.name ||
+            (is_unasked && !may_add_later) || piece->request.name != first->request.name ||
             piece->request.file_bytes != first->request.file_bytes ||
             bytes + piece->request.bytes > client_.settings().request_bytes) {
             return false;
@@ -391,8 +395,9 @@ void BlockFetcher::start_transfers(Clock::time_point now) {
                 queue_, [&](const auto& piece) { return is_due(piece) && !piece->is_later; });
         }
         if (next == queue_.end()) return;
+        Pieces pieces = merge_neighbours(*next, now);
         Transfer& transfer = transfers_.emplace_back();
-        transfer.pieces = merge_neighbours(*next, now);
+        transfer.pieces = std::move(pieces);
         HttpRequest request = transfer.pieces.front()->request;
         if (request.file_bytes) request.bytes = transfer.pieces.back()->end() - request.offset;
         for (const std::shared_ptr<Piece>& piece : transfer.pieces) {

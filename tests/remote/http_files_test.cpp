@@ -446,6 +446,24 @@ TEST_F(HttpFilesTest, LaterBlocksAreReadOnlyWithTheirNeighbours) {
     ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == 7 * kBlock; }));
 }
 
+TEST_F(HttpFilesTest, LaterBlocksAreLeftOutWhereManyRequestsRun) {
+    const auto files = open_files(server_.url());
+    server_.hold();
+    std::vector<ExpectedRange> ranges;
+    for (std::uint64_t i = 0; i < 6; ++i) ranges.push_back(blocks_at(6 * i, 1));
+    for (std::uint64_t i = 0; i < 6; ++i) ranges.push_back(blocks_at(6 * i + 1, 2, true));
+    expect(*files, ranges);
+    ASSERT_TRUE(holds_soon([&] { return server_.requests().size() == 6; }));
+    server_.release();
+    // The first three: then more than two of the eight connections are busy.
+    ASSERT_TRUE(holds_soon([&] { return files->statistics().bytes == (6 + 3 * 2) * kBlock; }));
+    std::size_t long_count = 0;
+    for (const auto& request : server_.requests()) {
+        long_count += request.range->second - request.range->first == 3 * kBlock - 1 ? 1u : 0u;
+    }
+    EXPECT_EQ(long_count, 3u);
+}
+
 TEST_F(HttpFilesTest, ARequestThatHasDeliveredABlockIsReadToItsEnd) {
     const auto files = open_files(server_.url());
     server_.fail_next(kShard, {{.kind = ServerFault::Kind::halt, .text = {}}});

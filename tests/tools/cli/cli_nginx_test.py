@@ -92,10 +92,11 @@ class Nginx(Folder):
         self.address = f"http://127.0.0.1:{network.port}/store/"
 
     def fly(self, *terrain):
-        return run_json("fly", *terrain, "--path", "straight", "--speed", 250, "--seconds", 20, "--fps", 30, "--threads", 4,
-                        "--realtime", "--budget", 100_000)
+        # A budget that no frame uses up: one that did would not count as late.
+        return run_json("fly", *terrain, "--path", "straight", "--speed", 250, "--seconds", 60, "--fps", 30, "--threads", 4,
+                        "--realtime", "--max-error-px", 3, "--budget", 1_000_000)
 
-    def test_no_frame_of_a_fast_flight_is_late(self):
+    def test_no_frame_of_a_minute_of_fast_flight_is_late(self):
         cache = ["--http-cache", self.path("cache")]
         local = self.fly("--dem", self.path("store"))
         cold = self.fly("--dem", self.address, *cache)
@@ -105,7 +106,7 @@ class Nginx(Folder):
             self.assertEqual((flight["late_frames"], flight["not_resident_frames"]), (0, 0), name)
             self.assertEqual(flight["error_px_max"], local["error_px_max"], name)
         self.assertGreater(cold["http"]["latency_s"], 0.9 * LATENCY)
-        self.assertLess(cold["http"]["requests"], cold["chunks_loaded"])
+        self.assertLessEqual(cold["http"]["requests"], 0.5 * cold["chunks_loaded"])
         self.assertLess(warm["http"]["requests"], 5)
 
 
