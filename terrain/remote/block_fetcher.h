@@ -48,8 +48,9 @@ public:
     void discard(const BlockKey& key);
 
     /// Reads the blocks `soon` while connections are free, the first ones first, unless they are in memory; the blocks
-    /// `later` only in requests for their neighbours, while at most a quarter of the connections are busy. Replaces what was expected: of those that are expected no more,
-    /// requests without calls that wait are stopped.
+    /// `later` only in requests for their neighbours, while at most a quarter of the connections are busy. Replaces
+    /// what was expected: of those that are expected no more, requests that have delivered no block, and for which no
+    /// call waits, are stopped.
     void expect(std::span<const BlockKey> soon, std::span<const BlockKey> later);
     /// Reads blocks, and waits for them.
     /// Fails: io, bad_data; timed_out at the deadline; cancelled after a request to stop

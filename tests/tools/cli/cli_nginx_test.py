@@ -94,7 +94,7 @@ class Nginx(Folder):
     def fly(self, *terrain):
         # A budget that no frame uses up: one that did would not count as late.
         return run_json("fly", *terrain, "--path", "straight", "--speed", 250, "--seconds", 60, "--fps", 30, "--threads", 4,
-                        "--realtime", "--max-error-px", 3, "--budget", 1_000_000)
+                        "--realtime", "--max-error-px", 2, "--budget", 1_000_000)
 
     def test_no_frame_of_a_minute_of_fast_flight_is_late(self):
         cache = ["--http-cache", self.path("cache")]
@@ -106,7 +106,8 @@ class Nginx(Folder):
             self.assertEqual((flight["late_frames"], flight["not_resident_frames"]), (0, 0), name)
             self.assertEqual(flight["error_px_max"], local["error_px_max"], name)
         self.assertGreater(cold["http"]["latency_s"], 0.9 * LATENCY)
-        self.assertLessEqual(cold["http"]["requests"], 0.5 * cold["chunks_loaded"])
+        # with those that read the heights along the path
+        self.assertLess(cold["http"]["requests"], 0.6 * cold["chunks_loaded"])
         self.assertLess(warm["http"]["requests"], 5)
 
 
