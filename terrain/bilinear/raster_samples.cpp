@@ -117,7 +117,7 @@ Result<void> SquareCache::read_run(const SamplePacking& packing, std::int64_t co
     for (int done = 0; done < count;) {
         const auto at = static_cast<int>(column) + done;
         const int square_x = at / side_, in_square = at % side_;
-        TERRANE_TRY(const auto samples, square(square_x, square_y));
+        TERRANE_TRY(const auto samples, get(square_x, square_y));
         const int square_columns = std::min(side_, columns_ - square_x * side_);
         const int run = std::min(count - done, square_columns - in_square);
         const std::uint32_t* source = samples->data() + square_row * square_columns + in_square;
@@ -125,37 +125,6 @@ Result<void> SquareCache::read_run(const SamplePacking& packing, std::int64_t co
         done += run;
     }
     return {};
-}
-
-Result<std::shared_ptr<const SquareCache::Square>> SquareCache::square(int square_x,
-                                                                       int square_y) const {
-    if (auto found = find(square_x, square_y)) return found;
-    TERRANE_TRY(auto loaded, load_(square_x, square_y));
-    return add(square_x, square_y, std::move(loaded));
-}
-
-std::shared_ptr<const SquareCache::Square> SquareCache::find(int square_x, int square_y) const {
-    const std::lock_guard lock(mutex_);
-    const auto found = squares_.find(name_of(square_x, square_y));
-    if (found == squares_.end()) return nullptr;
-    recent_.splice(recent_.begin(), recent_, found->second.place);
-    return found->second.square;
-}
-
-std::shared_ptr<const SquareCache::Square> SquareCache::add(
-    int square_x, int square_y, std::shared_ptr<const Square> square) const {
-    const std::int64_t name = name_of(square_x, square_y);
-    const std::lock_guard lock(mutex_);
-    if (const auto found = squares_.find(name); found != squares_.end()) {
-        return found->second.square;
-    }
-    recent_.push_front(name);
-    squares_.emplace(name, Cached{square, recent_.begin()});
-    while (squares_.size() > most_squares_) {
-        squares_.erase(recent_.back());
-        recent_.pop_back();
-    }
-    return square;
 }
 
 }  // namespace terrane::internal

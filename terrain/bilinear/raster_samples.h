@@ -83,49 +83,79 @@ using ReadRun =
 Result<void> read_window(int raster_columns, int raster_rows, std::int64_t column, std::int64_t row,
                          int columns, int rows, std::span<double> heights_out, const ReadRun& read);
 
-/// Packed samples of a raster that are loaded by squares and kept in a cache.
+/// Parts of a raster that are loaded when they are needed. The ones used last are kept.
 /// Threads: any number at once.
-class SquareCache {
+template <typename Tile>
+class TileCache {
 public:
-    /// [rows * columns] from the south-west; the last squares of rows and columns may be smaller.
+    using Load = std::function<Result<std::shared_ptr<const Tile>>(int x, int y)>;
+
+    /// @param most_tiles that the cache keeps
+    /// @param load       may be called by several threads at once
+    TileCache(std::size_t most_tiles, Load load)
+        : most_tiles_(most_tiles), load_(std::move(load)) {}
+
+    /// A tile that the cache holds; null if it does not.
+    std::shared_ptr<const Tile> find(int x, int y) const {
+        const std::lock_guard lock(mutex_);
+        const auto found = tiles_.find(name_of(x, y));
+        if (found == tiles_.end()) return nullptr;
+        recent_.splice(recent_.begin(), recent_, found->second.place);
+        return found->second.tile;
+    }
+
+    /// Adds a tile, or returns the one that another thread has added meanwhile.
+    std::shared_ptr<const Tile> add(int x, int y, std::shared_ptr<const Tile> tile) const {
+        const std::int64_t name = name_of(x, y);
+        const std::lock_guard lock(mutex_);
+        if (const auto found = tiles_.find(name); found != tiles_.end()) return found->second.tile;
+        recent_.push_front(name);
+        tiles_.emplace(name, Cached{tile, recent_.begin()});
+        while (tiles_.size() > most_tiles_) {
+            tiles_.erase(recent_.back());
+            recent_.pop_back();
+        }
+        return tile;
+    }
+
+    /// A tile, which is loaded if the cache does not hold it. Fails: as loading it
+    Result<std::shared_ptr<const Tile>> get(int x, int y) const {
+        if (auto found = find(x, y)) return found;
+        TERRANE_TRY(auto loaded, load_(x, y));
+        return add(x, y, std::move(loaded));
+    }
+
+private:
+    struct Cached {
+        std::shared_ptr<const Tile> tile;
+        std::list<std::int64_t>::iterator place;
+    };
+    static std::int64_t name_of(int x, int y) { return (static_cast<std::int64_t>(y) << 32) | x; }
+
+    std::size_t most_tiles_;
+    Load load_;
+    mutable std::mutex mutex_;                ///< guards the cache
+    mutable std::list<std::int64_t> recent_;  ///< most recent first
+    mutable std::unordered_map<std::int64_t, Cached> tiles_;
+};
+
+/// Packed samples of a raster that are loaded by squares: [rows * columns] from the south-west; the last squares of rows
+/// and columns may be smaller.
+class SquareCache : public TileCache<std::vector<std::uint32_t>> {
+public:
     using Square = std::vector<std::uint32_t>;
-    using Load = std::function<Result<std::shared_ptr<const Square>>(int square_x, int square_y)>;
 
-    /// @param columns     of the raster
-    /// @param side        samples along the side of a square
-    /// @param most_squares that the cache keeps
-    /// @param load        may be called by several threads at once
+    /// @param columns of the raster
+    /// @param side    samples along the side of a square
     SquareCache(int columns, int side, std::size_t most_squares, Load load)
-        : columns_(columns), side_(side), most_squares_(most_squares), load_(std::move(load)) {}
-
-    /// A square that the cache holds; null if it does not.
-    std::shared_ptr<const Square> find(int square_x, int square_y) const;
-    /// Adds a square, or returns the one that another thread has added meanwhile.
-    std::shared_ptr<const Square> add(int square_x, int square_y,
-                                      std::shared_ptr<const Square> square) const;
-
-    /// A square, which is loaded if the cache does not hold it. Fails: as loading it
-    Result<std::shared_ptr<const Square>> square(int square_x, int square_y) const;
+        : TileCache(most_squares, std::move(load)), columns_(columns), side_(side) {}
 
     /// As ReadRun.
     Result<void> read_run(const SamplePacking& packing, std::int64_t column, std::int64_t row,
                           int count, double* out) const;
 
 private:
-    struct Cached {
-        std::shared_ptr<const Square> square;
-        std::list<std::int64_t>::iterator place;
-    };
-    static std::int64_t name_of(int square_x, int square_y) {
-        return (static_cast<std::int64_t>(square_y) << 32) | square_x;
-    }
-
     int columns_, side_;
-    std::size_t most_squares_;
-    Load load_;
-    mutable std::mutex mutex_;                ///< guards the cache
-    mutable std::list<std::int64_t> recent_;  ///< most recent first
-    mutable std::unordered_map<std::int64_t, Cached> squares_;
 };
 
 }  // namespace terrane::internal

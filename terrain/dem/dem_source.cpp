@@ -27,22 +27,25 @@ constexpr double kMebibyte = 1024.0 * 1024.0;
 
 }  // namespace
 
-double opening_bytes(const BilinearGrid& grid, double held_bytes) {
+OpeningBytes OpeningBytes::of(const BilinearGrid& grid, double held_bytes) {
     // Bytes per sample of a strip: as read, twice as a height, packed, and its validity.
     constexpr double kStripSample = 3 * sizeof(double) + sizeof(std::uint32_t) + 1;
     // Bytes per block: intervals on all levels, flags of nodata, fill of voids, amplitude of detail.
     constexpr double kBlock = kAllLevels * 2 * sizeof(double) + 1 + 24 + sizeof(float);
-    // Bytes per point of the first tier: height, two bounds, two deviations.
-    constexpr double kTierPoint = kAllLevels * (sizeof(double) + 4 * sizeof(float));
+    // Bytes per point of the first tier: height, two bounds, two deviations, flags.
+    constexpr double kTierPoint = kAllLevels * (sizeof(double) + 4 * sizeof(float) + 1);
     // Windows of samples and points, for all threads.
     constexpr double kWindows = 64.0 * kMebibyte;
     const double columns = grid.columns, rows = grid.rows;
     const double blocks =
         (columns / kBlockSide + 1.0) * (rows / kBlockSide + 1.0) + rows / kBlockSide;
-    return held_bytes +
-           kStripSample * columns * std::min(rows, static_cast<double>(strip_rows(grid.columns))) +
-           kBlock * blocks + sizeof(std::size_t) * rows +
-           kTierPoint * BoundTiers::first_points(grid) + kWindows;
+    OpeningBytes bytes;
+    bytes.arrays = kBlock * blocks + kTierPoint * BoundTiers::first_points(grid);
+    bytes.others =
+        held_bytes +
+        kStripSample * columns * std::min(rows, static_cast<double>(strip_rows(grid.columns))) +
+        sizeof(std::size_t) * rows + kWindows;
+    return bytes;
 }
 
 namespace {
@@ -134,26 +137,35 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
                    : static_cast<double>(settings.cache_bytes);
     };
     const double held_bytes = held(raster) + (map ? held(reader->info()) : 0.0);
-    const double needed_bytes = opening_bytes(first_grid, held_bytes);
+    const OpeningBytes opening = OpeningBytes::of(first_grid, held_bytes);
+    const bool writes_scan = !settings.scan_file.empty() && !map;
+    const bool has_scratch =
+        writes_scan && opening.arrays > static_cast<double>(settings.scratch_above);
+    const double needed_bytes = opening.others + (has_scratch ? 0.0 : opening.arrays);
     if (auto checked =
             check_memory(path, raster.columns, raster.rows, needed_bytes, settings.limit_bytes);
         !checked) {
         return tl::unexpected(checked.error());
     }
+    std::shared_ptr<ScratchMemory> scratch;
+    if (has_scratch) {
+        TERRANE_TRY(scratch, ScratchMemory::create(settings.scan_file,
+                                                   static_cast<std::size_t>(opening.arrays)));
+    }
     StoreSettings own = settings;
     if (map) own.progress_share = 0.2;
     TERRANE_TRY(std::shared_ptr<const RasterStore> store,
-                RasterStore::open(std::move(reader), own, needed_bytes, progress));
+                RasterStore::open(std::move(reader), own, needed_bytes, scratch, progress));
     if (map) {
         TERRANE_TRY(auto resampled, ResampledRaster::create(path, store, map, 0.35, progress));
-        TERRANE_TRY(store, RasterStore::open(resampled, settings, needed_bytes, progress));
+        TERRANE_TRY(store, RasterStore::open(resampled, settings, needed_bytes, nullptr, progress));
     }
     TERRANE_TRY(const auto grid, make_grid(store->info(), finest_spacing, spacing_tolerance));
 
     const auto fine = std::make_shared<const FineSurface>(grid, store);
     const auto done = [&](OpeningBounds bounds,
                           CacheUse use) -> Result<std::shared_ptr<const DemSource>> {
-        if (!settings.scan_file.empty() && !store->is_resampled()) {
+        if (writes_scan) {
             const auto get_flags = [&](const SampleGrid& cells, std::span<std::uint8_t> flags_out) {
                 return find_cell_flags(*store, grid, cells, flags_out);
             };
@@ -165,14 +177,16 @@ Result<std::shared_ptr<const DemSource>> DemSource::create(
         return std::shared_ptr<const DemSource>(
             new DemSource(store, fine, std::move(bounds), std::move(use)));
     };
-    TERRANE_TRY(auto cache, OpeningCache::create(settings.bounds_cache, path, *fine));
+    // A scan has the bounds too.
+    TERRANE_TRY(auto cache, OpeningCache::create(writes_scan ? DemCache{} : settings.bounds_cache,
+                                                 path, *fine));
     if (std::optional<OpeningBounds> kept = cache.load(fine)) {
         progress.begin(1.0, 1);
         TERRANE_TRY(progress.step());
         return done(std::move(*kept), cache.use());
     }
     TERRANE_TRY(auto pyramid, HeightPyramid::create(grid, *store, progress));
-    TERRANE_TRY(auto tiers, BoundTiers::create(fine, progress));
+    TERRANE_TRY(auto tiers, BoundTiers::create(fine, progress, store->memory()));
     OpeningBounds bounds{std::move(pyramid), std::move(tiers)};
     cache.save(bounds);
     return done(std::move(bounds), cache.use());
@@ -231,7 +245,7 @@ double DemSource::store_error(LatticePoint low, LatticePoint high) const {
 
 Result<void> DemSource::sample(const SampleGrid& grid, std::span<double> heights_out) const {
     if (tiers_->has_heights(grid)) {
-        tiers_->sample(grid, heights_out);
+        TERRANE_TRY(tiers_->sample(grid, heights_out));
         add_base(heights_out.first(grid.size()));
         return {};
     }
@@ -276,7 +290,7 @@ Result<void> DemSource::vertex_bounds(const SampleGrid& grid, std::span<float> b
     TERRANE_ASSERT(grid.corner.x % (2 * grid.step) == 0 && grid.corner.y % (2 * grid.step) == 0,
                    "the corner of a grid of vertices must be a multiple of twice its step");
     if (grid.step >= tiers_->first_step()) {
-        tiers_->vertex_bounds(grid, bounds_out);
+        TERRANE_TRY(tiers_->vertex_bounds(grid, bounds_out));
     } else
         TERRANE_TRY(fine_->vertex_bounds(grid, bounds_out));
     add_vertex_errors(grid, bounds_out);
@@ -287,7 +301,7 @@ Result<void> DemSource::cell_bounds(const SampleGrid& grid, std::span<float> bou
     TERRANE_ASSERT(grid.corner.x % grid.step == 0 && grid.corner.y % grid.step == 0,
                    "the corner of a grid of cells must be a multiple of its step");
     if (grid.step >= tiers_->first_step()) {
-        tiers_->cell_bounds(grid, bounds_out);
+        TERRANE_TRY(tiers_->cell_bounds(grid, bounds_out));
     } else
         TERRANE_TRY(fine_->cell_bounds(grid, bounds_out));
     add_cell_errors(grid, bounds_out);
@@ -310,8 +324,7 @@ Result<void> DemSource::cell_flags(const SampleGrid& grid,
     if (!tiers_->has_cell_flags(grid.step)) {
         return find_cell_flags(*store_, fine_->grid(), grid, flags_out);
     }
-    tiers_->cell_flags(grid, flags_out);
-    return {};
+    return tiers_->cell_flags(grid, flags_out);
 }
 
 HeightInterval DemSource::interval(const WorldRect& rect) const {

@@ -17,10 +17,14 @@
 
 namespace terrane::internal {
 
-/// Upper bound of the memory during and after opening a raster, bytes, excluding its nodata and GDAL's cache.
-///
-/// @param held_bytes bytes of the samples that are held: all, or the cache of a raster that is read by window
-double opening_bytes(const BilinearGrid& grid, double held_bytes);
+/// Upper bounds of the memory during and after opening a raster, bytes, excluding its nodata and GDAL's cache.
+struct OpeningBytes {
+    double arrays = 0.0;  ///< with entries for blocks of samples and points of tiers
+    double others = 0.0;
+
+    /// @param held_bytes bytes of the samples that are held: all, or the cache of a raster that is read by window
+    static OpeningBytes of(const BilinearGrid& grid, double held_bytes);
+};
 
 /// The bilinear surface of a raster as a height source; immutable.
 class DemSource final : public HeightSource, public BilinearSource {

@@ -136,7 +136,7 @@ void OpeningCache::save(const OpeningBounds& bounds) {
 
 namespace {
 
-constexpr SealedKind kScanKind{{'S', 'C', 'A', 'N'}, 1};
+constexpr SealedKind kScanKind{{'S', 'C', 'A', 'N'}, 2};
 
 }  // namespace
 
@@ -153,7 +153,7 @@ Result<void> RasterScan::write(const std::string& path, const std::string& file_
     TERRANE_TRY(store.write(file, directory));
     TERRANE_TRY(bounds.pyramid.write_tiles(file, directory));
     ByteWriter tiers;
-    bounds.tiers->write(tiers);
+    TERRANE_TRY(bounds.tiers->write_tiles(file, tiers));
     TERRANE_TRY(const auto record, SealedRecord::append(file, tiers.bytes()));
     record.put(directory);
     return file.commit(directory.bytes());
@@ -185,7 +185,7 @@ Result<RasterScan> RasterScan::open(const std::string& path, const std::string& 
 Result<OpeningBounds> RasterScan::bounds(const std::shared_ptr<const FineSurface>& fine) const {
     TERRANE_TRY(const auto bytes, tiers_.read(*file_));
     ByteReader in(bytes);
-    TERRANE_TRY(auto tiers, BoundTiers::read(fine, in, !samples_->is_whole()));
+    TERRANE_TRY(auto tiers, BoundTiers::read_tiles(fine, file_, in, !samples_->is_whole()));
     if (!in.is_done()) {
         return fail(ErrorCode::bad_data, "\"" + file_->path() + "\" is damaged");
     }

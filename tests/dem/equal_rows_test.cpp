@@ -54,7 +54,7 @@ std::shared_ptr<const FineSurface> open_surface(const std::string& path, const S
     auto reader = internal::RasterReader::open(path).value();
     internal::OpeningProgress progress(path, {});
     std::shared_ptr<const internal::RasterStore> store =
-        internal::RasterStore::open(std::move(reader), {}, 0.0, progress).value();
+        internal::RasterStore::open(std::move(reader), {}, 0.0, nullptr, progress).value();
     const auto grid = internal::make_grid(store->info(), shape.finest_spacing).value();
     return std::make_shared<const FineSurface>(grid, std::move(store));
 }

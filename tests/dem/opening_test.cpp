@@ -40,7 +40,7 @@ std::int64_t tile_visits(const RasterSpec& spec) {
     auto reader = internal::RasterReader::open(path);
     if (!reader) return -1;
     internal::OpeningProgress progress(path, {});
-    auto store = internal::RasterStore::open(std::move(*reader), {}, 0.0, progress);
+    auto store = internal::RasterStore::open(std::move(*reader), {}, 0.0, nullptr, progress);
     if (!store) return -1;
     const auto grid = internal::make_grid((*store)->info(), 0.0);
     if (!grid) return -1;
@@ -107,7 +107,8 @@ TEST(DemOpening, ScatteredNodataCountsForTheLimit) {
     const auto grid = internal::make_grid(open_dem(path).info, 0.0);
     ASSERT_TRUE(grid.has_value());
     DemSettings settings;
-    settings.memory_bytes = static_cast<std::size_t>(internal::opening_bytes(*grid, 4e6) + 1e6);
+    const auto bytes = internal::OpeningBytes::of(*grid, 4e6);
+    settings.memory_bytes = static_cast<std::size_t>(bytes.arrays + bytes.others + 1e6);
     EXPECT_TRUE(DemHeights::open(path, settings).has_value());
     // 500,000 runs of nodata.
     spec.value = [](int column, int row) { return (column + row) % 2 == 0 ? std::nan("") : 1.0; };
@@ -383,6 +384,10 @@ protected:
     Result<std::shared_ptr<const HeightSource>> try_open(double finest = 0.0) const {
         return DemHeights::open(raster_, settings(scan_, finest));
     }
+    const std::string& raster_for(const RasterSpec& spec) const {
+        write_raster(raster_, spec);
+        return raster_;
+    }
     void write(const std::vector<char>& bytes) const {
         std::ofstream(scan_, std::ios::binary)
             .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
@@ -438,6 +443,47 @@ TEST_F(OpeningScan, ARasterThatIsReopenedAnswersTheSame) {
         expect_same_answers(*plain.source, *first.source);
         expect_same_answers(*plain.source, *second.source);
     }
+}
+
+TEST_F(OpeningScan, ArraysOnTheDiskGiveTheSameScan) {
+    const auto bytes_of_scan = [this](std::size_t scratch_above) {
+        fs::remove(scan_);
+        const auto source = internal::DemSource::create(
+            raster_, 0.0, {.scan_file = scan_, .scratch_above = scratch_above});
+        EXPECT_TRUE(source.has_value());
+        std::ifstream file(scan_, std::ios::binary);
+        return std::vector<char>((std::istreambuf_iterator<char>(file)), {});
+    };
+    for (const RasterSpec& spec : {wide(GDT_Float32, 10.0), opening_test::rough(900, 500)}) {
+        write_raster(raster_, spec);
+        const std::vector<char> in_memory = bytes_of_scan(std::size_t{1} << 40);
+        EXPECT_GT(in_memory.size(), 1000u);
+        EXPECT_EQ(bytes_of_scan(0), in_memory);
+        const fs::path folder = fs::path(scan_).parent_path();
+        EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 1) << "no other file is left";
+    }
+}
+
+TEST_F(OpeningScan, SpaceThatTheDiskDoesNotHaveIsRefused) {
+    for (const std::string& beside : {scan_, std::string("/proc/none/hills.scan")}) {
+        const auto refused = internal::ScratchMemory::create(beside, std::size_t{1} << 60);
+        ASSERT_FALSE(refused.has_value());
+        EXPECT_EQ(refused.error().code, ErrorCode::io);
+        EXPECT_NE(refused.error().message.find(beside), std::string::npos)
+            << refused.error().message;
+    }
+    EXPECT_TRUE(fs::is_empty(fs::path(scan_).parent_path()));
+}
+
+TEST_F(OpeningScan, MemoryBesidesTheArraysHardlyGrowsWithTheRaster) {
+    DemInfo info = open_dem(raster_for(opening_test::rough(20, 20)), {}).info;
+    info.columns = info.rows = 1'000'000;
+    const auto grid = internal::make_grid(info, 0.0);
+    ASSERT_TRUE(grid.has_value());
+    const internal::StoreSettings settings;
+    const auto bytes = internal::OpeningBytes::of(*grid, static_cast<double>(settings.cache_bytes));
+    EXPECT_LT(bytes.others, 512.0 * 1024 * 1024);
+    EXPECT_GT(bytes.arrays, 1e11);
 }
 
 TEST_F(OpeningScan, DetailIsTheSame) {

@@ -14,7 +14,11 @@
 namespace terrane::internal {
 namespace {
 
-constexpr int kRatio = 8;
+/// The least and the greatest ratio of the first tier's step to the base spacing: powers of two.
+constexpr int kRatio = 8, kMaxRatio = 64;
+
+/// Number of tiles along an edge of nodes or points.
+int tiles_along(int count) { return (count + kTileSide - 1) / kTileSide; }
 
 double base_points(const BilinearGrid& grid) {
     const double base = grid.base_spacing();
@@ -24,7 +28,6 @@ double base_points(const BilinearGrid& grid) {
 /// Ratio of the first tier's step to the base spacing, chosen for at most about 2^22 points.
 int first_ratio(const BilinearGrid& grid) {
     constexpr double kMostPoints = 0x1p22;
-    constexpr int kMaxRatio = 64;
     int ratio = kRatio;
     while (ratio < kMaxRatio && base_points(grid) > kMostPoints * ratio * ratio) ratio *= 2;
     return ratio;
@@ -32,16 +35,16 @@ int first_ratio(const BilinearGrid& grid) {
 
 }  // namespace
 
-const BoundTier* BoundTiers::find(std::int64_t step) const {
-    for (const BoundTier& tier : tiers_) {
-        if (tier.step == step) return &tier;
+std::optional<std::size_t> BoundTiers::find(std::int64_t step) const {
+    for (std::size_t level = 0; level < tiers_.size(); ++level) {
+        if (tiers_[level].step == step) return level;
     }
-    return nullptr;
+    return std::nullopt;
 }
 
 BoundTier BoundTiers::make_extent(std::int64_t step) const {
     const BilinearGrid& grid = fine_->grid();
-    BoundTier tier;
+    BoundTier tier(memory_);
     tier.step = step;
     // The rectangle of lattice points that contains all samples, with a margin.
     const double spacing = grid.lattice.spacing * static_cast<double>(step);
@@ -56,11 +59,25 @@ BoundTier BoundTiers::make_extent(std::int64_t step) const {
                                     tier.first_x + 1);
     tier.rows = static_cast<int>(index_below(north - grid.lattice.origin_y) + 1 + kBeyondRaster -
                                  tier.first_y + 1);
+    return tier;
+}
+
+void BoundTiers::add_extents() {
+    // The coarsest tier's cells are root squares; vertices with a spacing of half their side are in the tier before it.
+    const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
+    while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
+}
+
+void BoundTiers::resize(BoundTier& tier) const {
     const std::size_t size =
         static_cast<std::size_t>(tier.columns) * static_cast<std::size_t>(tier.rows);
     tier.bounds.resize(size);
     tier.cell_bounds.resize(size);
-    return tier;
+    if (has_cell_flags_) tier.cell_flags.resize(size);
+    if (tier.step != first_step()) return;
+    tier.heights.resize(size);
+    tier.cell_low.resize(size);
+    tier.cell_high.resize(size);
 }
 
 Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTier& tier) const {
@@ -113,10 +130,8 @@ Result<void> BoundTiers::fill_square(int ratio, int x, int y, int side, BoundTie
 }
 
 Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
-    BoundTier tier = make_extent(fine_->grid().base_step() * ratio);
-    tier.heights.resize(tier.bounds.size());
-    tier.cell_low.resize(tier.bounds.size());
-    tier.cell_high.resize(tier.bounds.size());
+    BoundTier& tier = tiers_.emplace_back(make_extent(fine_->grid().base_step() * ratio));
+    resize(tier);
     constexpr int kWindowSide = 512;
     const int side = std::max(8, kWindowSide / ratio);
     // Squares write disjoint entries, so the tier does not depend on the number of threads.
@@ -136,15 +151,13 @@ Result<void> BoundTiers::make_first(int ratio, OpeningProgress& progress) {
     low += static_cast<double>(*std::ranges::min_element(tier.cell_low));
     high += static_cast<double>(*std::ranges::max_element(tier.cell_high));
     largest_ = round_outward(high - low);
-    tiers_.push_back(std::move(tier));
     return {};
 }
 
 Result<void> BoundTiers::make_coarser(OpeningProgress& progress) {
-    // The coarsest tier's cells are root squares; vertices with a spacing of half their side are in the tier before it.
-    const std::int64_t coarsest = fine_->grid().lattice.chunk_side(0);
-    while (tiers_.back().step < coarsest) tiers_.push_back(make_extent(2 * tiers_.back().step));
+    add_extents();
     const std::span<BoundTier> coarser = std::span(tiers_).subspan(1);
+    for (BoundTier& tier : coarser) resize(tier);
     TERRANE_TRY(const auto visits, find_deviations(*fine_, first(), coarser, progress));
     tile_visits_ = visits;
     for (std::size_t level = 1; level < tiers_.size(); ++level) nest(level);
@@ -190,8 +203,9 @@ double BoundTiers::first_points(const BilinearGrid& grid) {
 }
 
 Result<std::unique_ptr<BoundTiers>> BoundTiers::create(std::shared_ptr<const FineSurface> fine,
-                                                       OpeningProgress& progress) {
-    std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
+                                                       OpeningProgress& progress,
+                                                       std::pmr::memory_resource* memory) {
+    std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine), memory));
     const int ratio = first_ratio(tiers->fine_->grid());
     TERRANE_TRY(tiers->make_first(ratio, progress));
     TERRANE_TRY(tiers->make_coarser(progress));
@@ -203,49 +217,80 @@ bool BoundTiers::has_heights(const SampleGrid& grid) const {
     return grid.step >= step && grid.corner.x % step == 0 && grid.corner.y % step == 0;
 }
 
-void BoundTiers::sample(const SampleGrid& grid, std::span<double> heights_out) const {
-    const BoundTier& tier = first();
+template <typename Value>
+Result<void> BoundTiers::get(std::size_t level, std::pmr::vector<Value> BoundTier::*values,
+                             const Points& points, std::span<Value> values_out) const {
+    const BoundTier& tier = tiers_[level];
+    std::shared_ptr<const BoundTier> values_of;
+    int at_tile = -1;
     std::size_t at = 0;
-    for (int row = 0; row < grid.rows; ++row) {
-        for (int column = 0; column < grid.columns; ++column) {
-            heights_out[at++] =
-                tier.heights[tier.at((grid.corner.x + column * grid.step) / tier.step,
-                                     (grid.corner.y + row * grid.step) / tier.step)];
+    for (int j = 0; j < points.rows; ++j) {
+        const int row = tier.stored_row(points.y + j * points.stride);
+        for (int i = 0; i < points.columns; ++i) {
+            const int column = tier.stored_column(points.x + i * points.stride);
+            if (!tiles_) {
+                values_out[at++] = (tier.*values)[static_cast<std::size_t>(row) *
+                                                      static_cast<std::size_t>(tier.columns) +
+                                                  static_cast<std::size_t>(column)];
+                continue;
+            }
+            const int tile = row / kTileSide * tiles_along(tier.columns) + column / kTileSide;
+            if (tile != at_tile) {
+                at_tile = tile;
+                TERRANE_TRY(values_of, tiles_->get(tile, static_cast<int>(level)));
+            }
+            const int in_tile = row % kTileSide * values_of->columns + column % kTileSide;
+            values_out[at++] = ((*values_of).*values)[static_cast<std::size_t>(in_tile)];
         }
     }
+    return {};
 }
 
-void BoundTiers::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    const BoundTier* tier = find(grid.step);
-    const std::int64_t x = grid.corner.x / grid.step, y = grid.corner.y / grid.step;
-    std::size_t at = 0;
-    for (int row = 0; row < grid.rows; ++row) {
-        for (int column = 0; column < grid.columns; ++column) {
-            const float bound =
-                tier == nullptr ? largest_ : tier->bounds[tier->at(x + column, y + row)];
-            // Points of even column and row are vertices of a coarser spacing.
-            bounds_out[at++] = (((x + column) | (y + row)) & 1) == 0 ? 0.0f : bound;
-        }
-    }
+Result<void> BoundTiers::sample(const SampleGrid& grid, std::span<double> heights_out) const {
+    const std::int64_t step = first_step();
+    return get(
+        0, &BoundTier::heights,
+        {grid.corner.x / step, grid.corner.y / step, grid.step / step, grid.columns, grid.rows},
+        heights_out);
 }
 
-void BoundTiers::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
-    const BoundTier* tier = find(grid.step);
+Result<void> BoundTiers::vertex_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
     const std::int64_t x = grid.corner.x / grid.step, y = grid.corner.y / grid.step;
-    std::size_t at = 0;
-    for (int row = 0; row + 1 < grid.rows; ++row) {
-        for (int column = 0; column + 1 < grid.columns; ++column) {
-            bounds_out[at++] =
-                tier == nullptr ? largest_ : tier->cell_bounds[tier->at(x + column, y + row)];
+    if (const auto level = find(grid.step)) {
+        TERRANE_TRY(
+            get(*level, &BoundTier::bounds, {x, y, 1, grid.columns, grid.rows}, bounds_out));
+    } else {
+        std::ranges::fill(bounds_out.first(grid.size()), largest_);
+    }
+    // Points of even column and row are vertices of a coarser spacing.
+    for (int row = static_cast<int>(y & 1); row < grid.rows; row += 2) {
+        for (int column = static_cast<int>(x & 1); column < grid.columns; column += 2) {
+            bounds_out[static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns) +
+                       static_cast<std::size_t>(column)] = 0.0f;
         }
     }
+    return {};
+}
+
+Result<void> BoundTiers::cell_bounds(const SampleGrid& grid, std::span<float> bounds_out) const {
+    const int columns = grid.columns - 1, rows = grid.rows - 1;
+    if (const auto level = find(grid.step)) {
+        return get(*level, &BoundTier::cell_bounds,
+                   {grid.corner.x / grid.step, grid.corner.y / grid.step, 1, columns, rows},
+                   bounds_out);
+    }
+    std::ranges::fill(
+        bounds_out.first(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)),
+        largest_);
+    return {};
 }
 
 Result<void> BoundTiers::add_cell_flags(
     const std::function<Result<void>(const SampleGrid& grid, std::span<std::uint8_t> flags_out)>&
         get_flags) {
+    has_cell_flags_ = true;
     for (BoundTier& tier : tiers_) {
-        tier.cell_flags.resize(tier.bounds.size());
+        resize(tier);
         const SampleGrid grid{{tier.first_x * tier.step, tier.first_y * tier.step},
                               tier.step,
                               tier.columns + 1,
@@ -255,16 +300,13 @@ Result<void> BoundTiers::add_cell_flags(
     return {};
 }
 
-void BoundTiers::cell_flags(const SampleGrid& grid, std::span<std::uint8_t> flags_out) const {
-    const BoundTier* tier = find(grid.step);
+Result<void> BoundTiers::cell_flags(const SampleGrid& grid,
+                                    std::span<std::uint8_t> flags_out) const {
     TERRANE_ASSERT(has_cell_flags(grid.step), "cells of this size have no flags");
-    const std::int64_t x = grid.corner.x / grid.step, y = grid.corner.y / grid.step;
-    std::size_t at = 0;
-    for (int row = 0; row + 1 < grid.rows; ++row) {
-        for (int column = 0; column + 1 < grid.columns; ++column) {
-            flags_out[at++] = tier->cell_flags[tier->at(x + column, y + row)];
-        }
-    }
+    return get(
+        *find(grid.step), &BoundTier::cell_flags,
+        {grid.corner.x / grid.step, grid.corner.y / grid.step, 1, grid.columns - 1, grid.rows - 1},
+        flags_out);
 }
 
 namespace {
@@ -276,9 +318,6 @@ void add(HeightInterval& range, const HeightInterval& other) {
     range.low = std::min(range.low, other.low);
     range.high = std::max(range.high, other.high);
 }
-
-/// Words of 32 bits of a node in a tile.
-constexpr int kNodeWords = 2 * sizeof(double) / sizeof(std::uint32_t);
 
 /// Margin for the rounding of interpolation and distances.
 constexpr double kHeightRounding = 1e-9;
@@ -294,22 +333,23 @@ Result<HeightPyramid> HeightPyramid::create(const BilinearGrid& grid, const Rast
     return pyramid;
 }
 
-HeightPyramid::Level HeightPyramid::first_level(const BilinearGrid& grid) {
-    Level level;
+HeightPyramid::Level HeightPyramid::first_level(const BilinearGrid& grid,
+                                                std::pmr::memory_resource* memory) {
+    Level level{.nodes = Nodes(memory)};
     level.columns = std::max((grid.columns - 1 + kBlockSide - 1) / kBlockSide, 1);
     level.rows = std::max((grid.rows - 1 + kBlockSide - 1) / kBlockSide, 1);
     return level;
 }
 
 HeightPyramid::Level HeightPyramid::next_level(const Level& fine) {
-    Level level;
+    Level level{.nodes = Nodes(fine.nodes.get_allocator())};
     level.columns = (fine.columns + 1) / 2;
     level.rows = (fine.rows + 1) / 2;
     return level;
 }
 
 Result<void> HeightPyramid::add_samples(const RasterStore& store, OpeningProgress& progress) {
-    Level level = first_level(grid_);
+    Level level = first_level(grid_, store.memory());
     level.nodes.assign(
         static_cast<std::size_t>(level.columns) * static_cast<std::size_t>(level.rows), kNothing);
     const int width = grid_.columns;
@@ -409,7 +449,7 @@ HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
         side *= 2;
     }
     const Result<HeightInterval> range =
-        range_of(levels_[k], west / side, south / side, east / side, north / side);
+        range_of(k, west / side, south / side, east / side, north / side);
     if (!range) {
         constexpr double kInfinite = std::numeric_limits<double>::infinity();
         return {-kInfinite, kInfinite};
@@ -417,8 +457,9 @@ HeightInterval HeightPyramid::interval(const WorldRect& rect) const {
     return {range->low - kHeightRounding, range->high + kHeightRounding};
 }
 
-Result<HeightInterval> HeightPyramid::range_of(const Level& level, int west, int south, int east,
+Result<HeightInterval> HeightPyramid::range_of(std::size_t k, int west, int south, int east,
                                                int north) const {
+    const Level& level = levels_[k];
     HeightInterval range = kNothing;
     if (!level.nodes.empty()) {
         for (int y = south; y <= north; ++y) {
@@ -428,15 +469,13 @@ Result<HeightInterval> HeightPyramid::range_of(const Level& level, int west, int
     }
     for (int tile_y = south / kTileSide; tile_y <= north / kTileSide; ++tile_y) {
         for (int tile_x = west / kTileSide; tile_x <= east / kTileSide; ++tile_x) {
-            TERRANE_TRY(const auto tile, tiles_->square(tile_x, level.first_tile_row + tile_y));
+            TERRANE_TRY(const auto tile, tiles_->get(tile_y * tiles_along(level.columns) + tile_x,
+                                                     static_cast<int>(k)));
             const int last_x = std::min(east - tile_x * kTileSide, kTileSide - 1);
             const int last_y = std::min(north - tile_y * kTileSide, kTileSide - 1);
             for (int y = std::max(south - tile_y * kTileSide, 0); y <= last_y; ++y) {
                 for (int x = std::max(west - tile_x * kTileSide, 0); x <= last_x; ++x) {
-                    std::array<double, 2> ends{};
-                    std::memcpy(ends.data(), tile->data() + kNodeWords * (y * kTileSide + x),
-                                sizeof ends);
-                    add(range, {ends[0], ends[1]});
+                    add(range, (*tile)[static_cast<std::size_t>(y * kTileSide + x)]);
                 }
             }
         }
@@ -465,7 +504,7 @@ double HeightPyramid::rise_bound(double distance) const {
 namespace {
 
 template <typename T>
-std::span<const T> all_of(const std::vector<T>& values) {
+std::span<const T> all_of(const std::pmr::vector<T>& values) {
     return values;
 }
 
@@ -476,9 +515,9 @@ void put_nodes(std::span<const HeightInterval> nodes, ByteWriter& out) {
     }
 }
 
-std::vector<HeightInterval> get_nodes(int columns, int rows, ByteReader& in) {
-    std::vector<HeightInterval> nodes(static_cast<std::size_t>(columns) *
-                                      static_cast<std::size_t>(rows));
+std::pmr::vector<HeightInterval> get_nodes(int columns, int rows, ByteReader& in) {
+    std::pmr::vector<HeightInterval> nodes(static_cast<std::size_t>(columns) *
+                                           static_cast<std::size_t>(rows));
     for (HeightInterval& node : nodes) {
         node.low = in.get<double>();
         node.high = in.get<double>();
@@ -488,6 +527,32 @@ std::vector<HeightInterval> get_nodes(int columns, int rows, ByteReader& in) {
 
 tl::unexpected<Error> other_size() {
     return fail(ErrorCode::bad_data, "kept bounds are not of this raster's size");
+}
+
+int tile_count(int columns, int rows) { return tiles_along(columns) * tiles_along(rows); }
+
+/// Reads the records of tiles, which are the entries of a table, level after level, row by row.
+///
+/// @param first_tiles entry of the first tile of each level, and the number of all tiles
+/// @param decode      Result<Tile>(int tile, int level, ByteReader& content); tiles are counted in each level
+template <typename Tile, typename Decode>
+std::shared_ptr<const TileCache<Tile>> make_tiles(std::size_t most_tiles,
+                                                  const std::vector<std::size_t>& first_tiles,
+                                                  std::shared_ptr<const SealedReader> file,
+                                                  ByteReader& directory, const Decode& decode) {
+    const auto records =
+        std::make_shared<const SealedTable<SealedRecord>>(first_tiles.back(), file, directory);
+    const auto load = [first_tiles, file = std::move(file), records, decode](
+                          int tile, int level) -> Result<std::shared_ptr<const Tile>> {
+        TERRANE_TRY(const auto record, records->get(first_tiles[static_cast<std::size_t>(level)] +
+                                                    static_cast<std::size_t>(tile)));
+        TERRANE_TRY(const auto bytes, record.read(*file));
+        ByteReader in(bytes);
+        TERRANE_TRY(auto decoded, decode(tile, level, in));
+        if (!in.is_done()) return other_size();
+        return std::make_shared<const Tile>(std::move(decoded));
+    };
+    return std::make_shared<const TileCache<Tile>>(most_tiles, load);
 }
 
 }  // namespace
@@ -518,6 +583,7 @@ Result<HeightPyramid> HeightPyramid::read(const BilinearGrid& grid, ByteReader& 
 }
 
 Result<void> HeightPyramid::write_tiles(SealedWriter& file, ByteWriter& directory) const {
+    SealedTableWriter<SealedRecord> records;
     directory.put(slope_);
     for (const Level& level : levels_) {
         directory.put(level.rise);
@@ -525,8 +591,8 @@ Result<void> HeightPyramid::write_tiles(SealedWriter& file, ByteWriter& director
             put_nodes(level.nodes, directory);
             continue;
         }
-        for (int tile_y = 0; tile_y < Level::tiles_along(level.rows); ++tile_y) {
-            for (int tile_x = 0; tile_x < Level::tiles_along(level.columns); ++tile_x) {
+        for (int tile_y = 0; tile_y < tiles_along(level.rows); ++tile_y) {
+            for (int tile_x = 0; tile_x < tiles_along(level.columns); ++tile_x) {
                 ByteWriter content;
                 for (int y = 0; y < kTileSide; ++y) {
                     for (int x = 0; x < kTileSide; ++x) {
@@ -539,11 +605,11 @@ Result<void> HeightPyramid::write_tiles(SealedWriter& file, ByteWriter& director
                     }
                 }
                 TERRANE_TRY(const auto record, SealedRecord::append(file, content.bytes()));
-                record.put(directory);
+                TERRANE_TRY(records.add(record, file));
             }
         }
     }
-    return {};
+    return records.finish(file, directory);
 }
 
 Result<HeightPyramid> HeightPyramid::read_tiles(const BilinearGrid& grid,
@@ -553,85 +619,139 @@ Result<HeightPyramid> HeightPyramid::read_tiles(const BilinearGrid& grid,
     HeightPyramid pyramid;
     pyramid.grid_ = grid;
     pyramid.slope_ = directory.get<double>();
-    std::vector<std::vector<SealedRecord>> records;  // by rows of tiles
+    std::vector<std::size_t> first_tiles{0};
     Level level = first_level(grid);
     for (;;) {
         level.rise = directory.get<double>();
+        int tiles = 0;
         if (level.is_one_tile()) {
             level.nodes = get_nodes(level.columns, level.rows, directory);
         } else {
-            level.first_tile_row = static_cast<int>(records.size());
-            for (int y = 0; y < Level::tiles_along(level.rows); ++y) {
-                std::vector<SealedRecord>& row = records.emplace_back();
-                for (int x = 0; x < Level::tiles_along(level.columns); ++x) {
-                    row.push_back(SealedRecord::get(directory));
-                }
-            }
+            tiles = tile_count(level.columns, level.rows);
         }
+        first_tiles.push_back(first_tiles.back() + static_cast<std::size_t>(tiles));
         const bool is_last = level.columns == 1 && level.rows == 1;
         pyramid.levels_.push_back(level);
         if (is_last || directory.has_failed()) break;
         level = next_level(level);
     }
+    pyramid.tiles_ = make_tiles<Nodes>(kMostTiles, first_tiles, std::move(file), directory,
+                                       [](int, int, ByteReader& in) -> Result<Nodes> {
+                                           return get_nodes(kTileSide, kTileSide, in);
+                                       });
     if (directory.has_failed()) return other_size();
-    const auto load = [file = std::move(file), records = std::move(records)](
-                          int x, int y) -> Result<std::shared_ptr<const SquareCache::Square>> {
-        const SealedRecord& record =
-            records[static_cast<std::size_t>(y)][static_cast<std::size_t>(x)];
-        TERRANE_TRY(const auto bytes, record.read(*file));
-        std::vector<double> ends(2 * kTileSide * kTileSide);
-        ByteReader in(bytes);
-        in.get_each(std::span<double>(ends));
-        if (!in.is_done()) return other_size();
-        auto words =
-            std::make_shared<SquareCache::Square>(std::size_t{kNodeWords} / 2 * ends.size());
-        std::memcpy(words->data(), ends.data(), sizeof(double) * ends.size());
-        return words;
-    };
-    pyramid.tiles_ = std::make_shared<const SquareCache>(grid.columns, kTileSide, kMostTiles, load);
     return pyramid;
 }
 
+namespace {
+
+/// Calls visit with each array of a tier, in the order in which files have them.
+template <typename Tier, typename Visit>
+void for_each_array(Tier& tier, Visit&& visit) {
+    visit(tier.heights);
+    visit(tier.cell_low);
+    visit(tier.cell_high);
+    visit(tier.bounds);
+    visit(tier.cell_bounds);
+    visit(tier.cell_flags);
+}
+
+void get_arrays(ByteReader& in, BoundTier& tier) {
+    for_each_array(tier, [&in](auto& values) { in.get_each(std::span(values)); });
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BoundTiers>> BoundTiers::read_extents(
+    std::shared_ptr<const FineSurface> fine, ByteReader& in) {
+    std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
+    const std::int64_t base_step = tiers->fine_->grid().base_step();
+    const auto step = in.get<std::int64_t>();
+    const std::int64_t ratio = step / base_step;
+    const bool is_possible = ratio >= kRatio && ratio <= kMaxRatio && (ratio & (ratio - 1)) == 0;
+    if (!is_possible || step != ratio * base_step) return other_size();
+    tiers->largest_ = in.get<float>();
+    tiers->tiers_.push_back(tiers->make_extent(step));
+    tiers->add_extents();
+    return tiers;
+}
+
 void BoundTiers::write(ByteWriter& out) const {
-    out.put(first().step);
+    out.put(first_step());
     out.put(largest_);
-    out.put_each(all_of(first().heights));
-    out.put_each(all_of(first().cell_low));
-    out.put_each(all_of(first().cell_high));
     for (const BoundTier& tier : tiers_) {
-        out.put_each(all_of(tier.bounds));
-        out.put_each(all_of(tier.cell_bounds));
-        out.put_each(all_of(tier.cell_flags));
+        for_each_array(tier, [&out](const auto& values) { out.put_each(all_of(values)); });
     }
 }
 
 Result<std::unique_ptr<BoundTiers>> BoundTiers::read(std::shared_ptr<const FineSurface> fine,
-                                                     ByteReader& in, bool has_cell_flags) {
-    std::unique_ptr<BoundTiers> tiers(new BoundTiers(std::move(fine)));
-    const BilinearGrid& grid = tiers->fine_->grid();
-    const auto step = in.get<std::int64_t>();
-    const std::int64_t ratio = step / grid.base_step();
-    const bool is_possible = ratio >= 8 && ratio <= 64 && (ratio & (ratio - 1)) == 0;
-    if (!is_possible || step != ratio * grid.base_step()) return other_size();
-    tiers->largest_ = in.get<float>();
-    BoundTier first = tiers->make_extent(step);
-    for (auto* values : {&first.cell_low, &first.cell_high}) values->resize(first.bounds.size());
-    first.heights.resize(first.bounds.size());
-    in.get_each(std::span<double>(first.heights));
-    in.get_each(std::span<float>(first.cell_low));
-    in.get_each(std::span<float>(first.cell_high));
-    tiers->tiers_.push_back(std::move(first));
-    while (tiers->tiers_.back().step < grid.lattice.chunk_side(0)) {
-        tiers->tiers_.push_back(tiers->make_extent(2 * tiers->tiers_.back().step));
-    }
+                                                     ByteReader& in) {
+    TERRANE_TRY(auto tiers, read_extents(std::move(fine), in));
     for (BoundTier& tier : tiers->tiers_) {
-        in.get_each(std::span<float>(tier.bounds));
-        in.get_each(std::span<float>(tier.cell_bounds));
-        if (!has_cell_flags) continue;
-        tier.cell_flags.resize(tier.bounds.size());
-        in.get_each(std::span<std::uint8_t>(tier.cell_flags));
+        tiers->resize(tier);
+        get_arrays(in, tier);
     }
     if (in.has_failed()) return other_size();
+    return tiers;
+}
+
+BoundTier BoundTiers::tile_extent(const BoundTier& tier, int tile) const {
+    const int across = tiles_along(tier.columns);
+    const int x = tile % across * kTileSide, y = tile / across * kTileSide;
+    BoundTier part;
+    part.step = tier.step;
+    part.first_x = tier.first_x + x;
+    part.first_y = tier.first_y + y;
+    part.columns = std::min(kTileSide, tier.columns - x);
+    part.rows = std::min(kTileSide, tier.rows - y);
+    return part;
+}
+
+Result<void> BoundTiers::write_tiles(SealedWriter& file, ByteWriter& directory) const {
+    SealedTableWriter<SealedRecord> records;
+    directory.put(first_step());
+    directory.put(largest_);
+    for (const BoundTier& tier : tiers_) {
+        for (int i = 0; i < tile_count(tier.columns, tier.rows); ++i) {
+            const BoundTier tile = tile_extent(tier, i);
+            ByteWriter content;
+            for_each_array(tier, [&](const auto& values) {
+                if (values.empty()) return;
+                for (int row = 0; row < tile.rows; ++row) {
+                    const std::size_t at = tier.at(tile.first_x, tile.first_y + row);
+                    content.put_each(
+                        all_of(values).subspan(at, static_cast<std::size_t>(tile.columns)));
+                }
+            });
+            TERRANE_TRY(const auto record, SealedRecord::append(file, content.bytes()));
+            TERRANE_TRY(records.add(record, file));
+        }
+    }
+    return records.finish(file, directory);
+}
+
+Result<std::unique_ptr<BoundTiers>> BoundTiers::read_tiles(std::shared_ptr<const FineSurface> fine,
+                                                           std::shared_ptr<const SealedReader> file,
+                                                           ByteReader& directory,
+                                                           bool has_cell_flags) {
+    constexpr std::size_t kMostTiles = 256;  // kept in memory: 25 MB
+    TERRANE_TRY(auto tiers, read_extents(std::move(fine), directory));
+    tiers->has_cell_flags_ = has_cell_flags;
+    std::vector<std::size_t> first_tiles{0};
+    for (const BoundTier& tier : tiers->tiers_) {
+        const int count = tile_count(tier.columns, tier.rows);
+        first_tiles.push_back(first_tiles.back() + static_cast<std::size_t>(count));
+    }
+    // The cache belongs to the tiers, so they exist as long as it.
+    const auto decode = [of = tiers.get()](int i, int level, ByteReader& in) -> Result<BoundTier> {
+        BoundTier tile = of->tile_extent(of->tiers_[static_cast<std::size_t>(level)], i);
+        of->resize(tile);
+        get_arrays(in, tile);
+        return tile;
+    };
+    tiers->tiles_ =
+        make_tiles<BoundTier>(kMostTiles, first_tiles, std::move(file), directory, decode);
+    if (directory.has_failed()) return other_size();
     return tiers;
 }
 

@@ -27,13 +27,14 @@ constexpr std::size_t kFlagSquares = 64;
 }  // namespace
 
 RasterStore::RasterStore(std::shared_ptr<const HeightReader> reader, const StoreSettings& settings,
-                         double needed_bytes)
+                         double needed_bytes, std::shared_ptr<ScratchMemory> scratch)
     : reader_(std::move(reader)),
       settings_(settings),
       needed_bytes_(needed_bytes),
       calls_(std::make_unique<GuardedCalls>(settings.patience_s)),
       info_(reader_->info()),
-      voids_(info_.columns, info_.rows, !reader_->rows_go_north()),
+      scratch_(std::move(scratch)),
+      voids_(info_.columns, info_.rows, !reader_->rows_go_north(), memory()),
       packing_(SamplePacking::of_floats(reader_->scale(), reader_->offset())),
       squares_(info_.columns, kSquareSide,
                std::max<std::size_t>(
@@ -45,8 +46,10 @@ RasterStore::RasterStore(std::shared_ptr<const HeightReader> reader, const Store
 Result<std::unique_ptr<RasterStore>> RasterStore::open(std::shared_ptr<const HeightReader> reader,
                                                        const StoreSettings& settings,
                                                        double needed_bytes,
+                                                       std::shared_ptr<ScratchMemory> scratch,
                                                        OpeningProgress& progress) {
-    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, needed_bytes));
+    std::unique_ptr<RasterStore> store(
+        new RasterStore(std::move(reader), settings, needed_bytes, std::move(scratch)));
     TERRANE_TRY(store->choose_packing(progress));
     TERRANE_TRY(store->first_pass(progress));
     if (store->voids_.empty()) {
@@ -66,7 +69,7 @@ Result<std::unique_ptr<RasterStore>> RasterStore::open(std::shared_ptr<const Hei
 std::unique_ptr<RasterStore> RasterStore::reopen(std::shared_ptr<const HeightReader> reader,
                                                  const StoreSettings& settings,
                                                  std::shared_ptr<const ScannedSamples> scan) {
-    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, 0.0));
+    std::unique_ptr<RasterStore> store(new RasterStore(std::move(reader), settings, 0.0, nullptr));
     const ScannedSamples::Summary& summary = scan->summary();
     store->info_.min_m = summary.min_m;
     store->info_.max_m = summary.max_m;
@@ -119,8 +122,9 @@ Result<std::uint8_t> RasterStore::flags(int west, int south, int east, int north
     std::uint8_t flags = 0;
     for (int y = south / kSquareSide; y <= north / kSquareSide; ++y) {
         for (int x = west / kSquareSide; x <= east / kSquareSide; ++x) {
-            if (!scan_->has_nodata(x, y)) continue;
-            TERRANE_TRY(const auto square, flag_squares_.square(x, y));
+            TERRANE_TRY(const bool has_nodata, scan_->has_nodata(x, y));
+            if (!has_nodata) continue;
+            TERRANE_TRY(const auto square, flag_squares_.get(x, y));
             const int columns = std::min(kSquareSide, info_.columns - x * kSquareSide);
             const int first = std::max(west - x * kSquareSide, 0);
             const int last = std::min(east - x * kSquareSide, columns - 1);
@@ -204,7 +208,7 @@ Result<void> RasterStore::first_pass(OpeningProgress& progress) {
     const std::size_t width = static_cast<std::size_t>(info_.columns);
     const std::size_t size = width * static_cast<std::size_t>(info_.rows);
     if (size * sizeof(std::uint32_t) <= settings_.memory_bytes) samples_.resize(size);
-    fill_.emplace(info_.columns, info_.rows);
+    fill_.emplace(info_.columns, info_.rows, memory());
 
     double low = std::numeric_limits<double>::infinity(), high = -low;
     double most_off = 0.0;
@@ -320,7 +324,8 @@ Result<std::shared_ptr<const SquareCache::Square>> RasterStore::read_square(int 
         }
     }
     if (!scan_) return square;
-    if (!scan_->is_same(square_x, square_y, *square)) {
+    TERRANE_TRY(const bool is_same, scan_->is_same(square_x, square_y, *square));
+    if (!is_same) {
         return fail(ErrorCode::bad_data,
                     named_raster(reader_->path()) +
                         " does not have the heights that were scanned: columns " +
@@ -328,7 +333,8 @@ Result<std::shared_ptr<const SquareCache::Square>> RasterStore::read_square(int 
                         ", rows " + std::to_string(south) + " to " +
                         std::to_string(south + rows - 1) + " from the south-west");
     }
-    if (!scan_->has_nodata(square_x, square_y)) return square;
+    TERRANE_TRY(const bool has_nodata, scan_->has_nodata(square_x, square_y));
+    if (!has_nodata) return square;
     TERRANE_TRY(auto scanned, scan_->square(square_x, square_y));
     return std::make_shared<const SquareCache::Square>(std::move(scanned.packed));
 }

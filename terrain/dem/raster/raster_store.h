@@ -5,6 +5,7 @@
 #include "raster/cancellable_work.h"
 #include "raster/raster_reader.h"
 #include "raster/scanned_samples.h"
+#include "raster/scratch_memory.h"
 #include "raster/voids.h"
 
 #include <cstdint>
@@ -29,6 +30,8 @@ struct StoreSettings {
     NumberReading reading = {};                        ///< of the raster's numbers
     double progress_share = 0.5;                       ///< of the whole opening, when all is read
     std::string scan_file = {};                        ///< as DemSettings::scan_file
+    std::size_t scratch_above = std::size_t{64}
+                                << 20;  ///< bytes of arrays above which a scan has them on the disk
 };
 
 /// The samples of a raster, with nodata filled: all finite, rows from south to north, heights relative to a base. They
@@ -39,12 +42,14 @@ public:
     /// exact as floats is read once more, beforehand, to find its range.
     ///
     /// @param needed_bytes part of the limit reserved for everything except runs and rims of nodata
+    /// @param scratch      for arrays with an entry for each block of samples; null: in ordinary memory
     ///
     /// Fails: io; timed_out; cancelled; bad_data if no sample is valid, or one is beyond kMostHeight; out_of_memory if
     ///        nodata needs more than the limit
     static Result<std::unique_ptr<RasterStore>> open(std::shared_ptr<const HeightReader> reader,
                                                      const StoreSettings& settings,
                                                      double needed_bytes,
+                                                     std::shared_ptr<ScratchMemory> scratch,
                                                      OpeningProgress& progress);
 
     /// The samples of a raster that was opened before, always read by window. Reads fail with bad_data in squares that
@@ -60,6 +65,10 @@ public:
     Result<void> write(SealedWriter& file, ByteWriter& directory) const;
 
     const DemInfo& info() const { return info_; }
+    /// Memory for arrays that grow with the raster; exists as long as this store.
+    std::pmr::memory_resource* memory() const {
+        return scratch_ ? scratch_->resource() : std::pmr::get_default_resource();
+    }
     /// Whether no sample is nodata.
     bool is_whole() const { return scan_ ? scan_->is_whole() : voids_.empty(); }
     /// Bits of CellFlag over the samples of a closed rectangle inside the raster.
@@ -83,7 +92,7 @@ private:
     static constexpr int kSquareSide = ScannedSamples::kSide;
 
     RasterStore(std::shared_ptr<const HeightReader> reader, const StoreSettings& settings,
-                double needed_bytes);
+                double needed_bytes, std::shared_ptr<ScratchMemory> scratch);
     Result<void> choose_packing(OpeningProgress& progress);
     Result<void> first_pass(OpeningProgress& progress);
     Result<void> rim_pass();
@@ -110,6 +119,7 @@ private:
     double needed_bytes_;
     std::unique_ptr<GuardedCalls> calls_;
     DemInfo info_;
+    std::shared_ptr<ScratchMemory> scratch_;
     VoidMap voids_;
     std::optional<VoidFill> fill_;
     SamplePacking packing_;

@@ -52,24 +52,50 @@ std::uint64_t ScannedSamples::hash_of_samples(std::span<const std::uint32_t> pac
     return hash_of(bytes.bytes()).low;
 }
 
+void ScannedSamples::Square::put(ByteWriter& out) const {
+    out.put(hash);
+    filled.put(out);
+}
+
+ScannedSamples::Square ScannedSamples::Square::get(ByteReader& in) {
+    Square square;
+    square.hash = in.get<std::uint64_t>();
+    square.filled = SealedRecord::get(in);
+    return square;
+}
+
 Result<void> ScannedSamples::write(int columns, int rows, const Summary& summary,
                                    const GetSquare& get_square, SealedWriter& file,
                                    ByteWriter& directory) {
-    ScannedSamples made(columns, rows);
+    ContentHasher all;
+    const auto add_to_hash = [&all](auto number) {
+        ByteWriter bytes;
+        bytes.put(number);
+        all.add(bytes.bytes());
+    };
+    add_to_hash(std::int32_t{columns});
+    add_to_hash(std::int32_t{rows});
+    for (const double number : {summary.base, summary.step, summary.rounding}) add_to_hash(number);
+    add_to_hash(std::uint8_t{summary.is_integer});
+    SealedTableWriter<Square> squares;
+    bool is_whole = true;
     for (int y = 0; y < squares_along(rows); ++y) {
         for (int x = 0; x < squares_along(columns); ++x) {
-            TERRANE_TRY(const ScannedSquare square, get_square(x, y));
-            std::vector<std::uint32_t> unfilled = square.packed;
-            for (std::size_t i = 0; i < square.flags.size(); ++i) {
-                if (square.flags[i] != 0) unfilled[i] = no_data(summary.is_integer);
+            TERRANE_TRY(const ScannedSquare samples, get_square(x, y));
+            std::vector<std::uint32_t> unfilled = samples.packed;
+            for (std::size_t i = 0; i < samples.flags.size(); ++i) {
+                if (samples.flags[i] != 0) unfilled[i] = no_data(summary.is_integer);
             }
-            made.hashes_.push_back(hash_of_samples(unfilled));
-            if (square.flags.empty()) continue;
-            ByteWriter content;
-            content.put_each(std::span<const std::uint32_t>(square.packed));
-            content.put_each(std::span<const std::uint8_t>(square.flags));
-            TERRANE_TRY(const auto record, SealedRecord::append(file, content.bytes()));
-            made.voids_.emplace(made.index_of(x, y), record);
+            Square square{hash_of_samples(unfilled), {}};
+            add_to_hash(square.hash);
+            if (!samples.flags.empty()) {
+                is_whole = false;
+                ByteWriter content;
+                content.put_each(std::span<const std::uint32_t>(samples.packed));
+                content.put_each(std::span<const std::uint8_t>(samples.flags));
+                TERRANE_TRY(square.filled, SealedRecord::append(file, content.bytes()));
+            }
+            TERRANE_TRY(squares.add(square, file));
         }
     }
     for (const double number : {summary.min_m, summary.max_m, summary.nodata_share,
@@ -78,55 +104,63 @@ Result<void> ScannedSamples::write(int columns, int rows, const Summary& summary
     }
     directory.put(std::uint8_t{summary.is_integer});
     directory.put(summary.rounding);
-    directory.put_each(std::span<const std::uint64_t>(made.hashes_));
-    directory.put(static_cast<std::uint64_t>(made.voids_.size()));
-    for (const auto& [index, record] : made.voids_) {
-        directory.put(static_cast<std::uint64_t>(index));
-        record.put(directory);
-    }
-    return {};
+    directory.put(all.value().low);
+    directory.put(all.value().high);
+    directory.put(std::uint8_t{is_whole});
+    return squares.finish(file, directory);
 }
+
+namespace {
+
+ScannedSamples::Summary get_summary(ByteReader& in) {
+    ScannedSamples::Summary summary;
+    for (double* number : {&summary.min_m, &summary.max_m, &summary.nodata_share,
+                           &summary.filled_share, &summary.base, &summary.step}) {
+        *number = in.get<double>();
+    }
+    summary.is_integer = in.get<std::uint8_t>() != 0;
+    summary.rounding = in.get<double>();
+    return summary;
+}
+
+}  // namespace
+
+ScannedSamples::ScannedSamples(int columns, int rows, std::shared_ptr<const SealedReader> file,
+                               ByteReader& directory)
+    : columns_(columns),
+      rows_(rows),
+      file_(std::move(file)),
+      summary_(get_summary(directory)),
+      hash_{directory.get<std::uint64_t>(), directory.get<std::uint64_t>()},
+      is_whole_(directory.get<std::uint8_t>() != 0),
+      squares_(square_count(columns, rows), file_, directory) {}
 
 Result<std::shared_ptr<const ScannedSamples>> ScannedSamples::read(
     int columns, int rows, std::shared_ptr<const SealedReader> file, ByteReader& directory) {
-    std::shared_ptr<ScannedSamples> made(new ScannedSamples(columns, rows));
-    made->file_ = std::move(file);
-    Summary& summary = made->summary_;
-    for (double* number : {&summary.min_m, &summary.max_m, &summary.nodata_share,
-                           &summary.filled_share, &summary.base, &summary.step}) {
-        *number = directory.get<double>();
-    }
-    summary.is_integer = directory.get<std::uint8_t>() != 0;
-    summary.rounding = directory.get<double>();
-    made->hashes_.resize(static_cast<std::size_t>(squares_along(columns)) *
-                         static_cast<std::size_t>(squares_along(rows)));
-    directory.get_each(std::span<std::uint64_t>(made->hashes_));
-    const auto count = directory.get<std::uint64_t>();
-    for (std::uint64_t i = 0; i < count && !directory.has_failed(); ++i) {
-        const auto index = directory.get<std::uint64_t>();
-        made->voids_.emplace(static_cast<std::size_t>(index), SealedRecord::get(directory));
-    }
-    if (directory.has_failed() || summary.step == 0.0) {
+    std::shared_ptr<const ScannedSamples> made(
+        new ScannedSamples(columns, rows, std::move(file), directory));
+    if (directory.has_failed() || made->summary().step == 0.0) {
         return fail(ErrorCode::bad_data,
                     "\"" + made->file_->path() + "\" does not match a raster of this size");
     }
-    return std::shared_ptr<const ScannedSamples>(std::move(made));
+    return made;
 }
 
-ContentHash ScannedSamples::hash() const {
-    ByteWriter bytes;
-    bytes.put(std::int32_t{columns_});
-    bytes.put(std::int32_t{rows_});
-    for (const double number : {summary_.base, summary_.step, summary_.rounding}) {
-        bytes.put(number);
-    }
-    bytes.put(std::uint8_t{summary_.is_integer});
-    bytes.put_each(std::span<const std::uint64_t>(hashes_));
-    return hash_of(bytes.bytes());
+Result<bool> ScannedSamples::has_nodata(int square_x, int square_y) const {
+    if (is_whole_) return false;
+    TERRANE_TRY(const auto square, entry(square_x, square_y));
+    return square.filled.content_bytes > 0;
+}
+
+Result<bool> ScannedSamples::is_same(int square_x, int square_y,
+                                     std::span<const std::uint32_t> packed) const {
+    TERRANE_TRY(const auto square, entry(square_x, square_y));
+    return hash_of_samples(packed) == square.hash;
 }
 
 Result<ScannedSquare> ScannedSamples::square(int square_x, int square_y) const {
-    TERRANE_TRY(const auto bytes, voids_.at(index_of(square_x, square_y)).read(*file_));
+    TERRANE_TRY(const auto found, entry(square_x, square_y));
+    TERRANE_TRY(const auto bytes, found.filled.read(*file_));
     const std::size_t size =
         static_cast<std::size_t>(std::min(kSide, columns_ - square_x * kSide)) *
         static_cast<std::size_t>(std::min(kSide, rows_ - square_y * kSide));

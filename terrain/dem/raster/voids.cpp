@@ -13,11 +13,12 @@
 
 namespace terrane::internal {
 
-VoidMap::VoidMap(int columns, int rows, bool from_north)
+VoidMap::VoidMap(int columns, int rows, bool from_north, std::pmr::memory_resource* memory)
     : columns_(columns),
       rows_(rows),
       from_north_(from_north),
-      blocks_x_((columns + kBlockSide - 1) / kBlockSide) {
+      blocks_x_((columns + kBlockSide - 1) / kBlockSide),
+      block_flags_(memory) {
     row_begin_.push_back(0);
 }
 
@@ -150,8 +151,9 @@ constexpr double kOverRelax = 1.7;
 
 struct Field {
     int columns = 0, rows = 0;
-    std::vector<float> heights;
-    std::vector<std::uint8_t> known;
+    std::pmr::vector<float> heights;
+    std::pmr::vector<std::uint8_t> known;
+
     std::size_t at(int x, int y) const {
         return static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) +
                static_cast<std::size_t>(x);
@@ -160,11 +162,12 @@ struct Field {
 
 /// A field of half the resolution, whose values are the means of the known values that they replace.
 Field pull(const Field& fine) {
-    Field coarse{(fine.columns + 1) / 2, (fine.rows + 1) / 2, {}, {}};
-    const std::size_t size =
-        static_cast<std::size_t>(coarse.columns) * static_cast<std::size_t>(coarse.rows);
-    coarse.heights.assign(size, 0.0f);
-    coarse.known.assign(size, 0);
+    const int columns = (fine.columns + 1) / 2, rows = (fine.rows + 1) / 2;
+    const std::size_t size = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+    Field coarse{columns,
+                 rows,
+                 {size, 0.0f, fine.heights.get_allocator()},
+                 {size, std::uint8_t{0}, fine.known.get_allocator()}};
     for (int y = 0; y < coarse.rows; ++y) {
         for (int x = 0; x < coarse.columns; ++x) {
             double sum = 0.0;
@@ -226,11 +229,14 @@ void relax_field(Field& field, int sweeps) {
 
 }  // namespace
 
-VoidFill::VoidFill(int columns, int rows)
+VoidFill::VoidFill(int columns, int rows, std::pmr::memory_resource* memory)
     : columns_(columns),
       rows_(rows),
       blocks_x_((columns + kBlockSide - 1) / kBlockSide),
-      blocks_y_((rows + kBlockSide - 1) / kBlockSide) {
+      blocks_y_((rows + kBlockSide - 1) / kBlockSide),
+      field_(memory),
+      counts_(memory),
+      rim_index_(memory) {
     const std::size_t size =
         static_cast<std::size_t>(blocks_x_) * static_cast<std::size_t>(blocks_y_);
     field_.assign(size, 0.0f);
@@ -249,9 +255,11 @@ void VoidFill::add_row(int row, std::span<const double> samples) {
 }
 
 void VoidFill::make_field() {
-    std::vector<Field> scales(1);
-    scales[0] = {blocks_x_, blocks_y_, std::move(field_), {}};
-    scales[0].known.resize(counts_.size());
+    std::vector<Field> scales;
+    scales.push_back({blocks_x_,
+                      blocks_y_,
+                      std::move(field_),
+                      {counts_.size(), std::uint8_t{0}, counts_.get_allocator()}});
     std::transform(counts_.begin(), counts_.end(), scales[0].known.begin(),
                    [](std::uint8_t count) { return static_cast<std::uint8_t>(count != 0); });
     while (scales.back().columns > 1 || scales.back().rows > 1) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory_resource>
 #include <span>
 #include <vector>
 
@@ -18,7 +19,8 @@ inline constexpr int kBlockSide = 8;
 class VoidMap {
 public:
     /// @param from_north whether add_row() gets the rows from north to south
-    VoidMap(int columns, int rows, bool from_north);
+    /// @param memory     of the blocks' flags
+    VoidMap(int columns, int rows, bool from_north, std::pmr::memory_resource* memory);
 
     /// Adds the next row; NaN is nodata.
     void add_row(std::span<const double> samples);
@@ -56,7 +58,7 @@ private:
     std::vector<Run> runs_;
     std::vector<std::size_t> row_begin_;  ///< [rows + 1] each row's first run; rows as in add_row()
     std::vector<std::int32_t> parent_;    ///< union-find: the smallest label is the root
-    std::vector<std::uint8_t> block_flags_;  ///< [blocks] bits of the samples of each block
+    std::pmr::vector<std::uint8_t> block_flags_;  ///< [blocks] bits of the samples of each block
     std::int64_t nodata_count_ = 0, void_count_ = 0;
 };
 
@@ -68,7 +70,8 @@ private:
 /// Rasters in memory and rasters read by window give the same bits.
 class VoidFill {
 public:
-    VoidFill(int columns, int rows);
+    /// @param memory of the arrays with an entry for each block
+    VoidFill(int columns, int rows, std::pmr::memory_resource* memory);
 
     /// First pass: adds a row, in any order, each once; NaN is nodata.
     void add_row(int row, std::span<const double> samples);
@@ -105,9 +108,9 @@ private:
     double relax_block(Block& block, double gain) const;
 
     int columns_, rows_, blocks_x_, blocks_y_;
-    std::vector<float> field_;          ///< [blocks] mean of the samples; later relaxed heights too
-    std::vector<std::uint8_t> counts_;  ///< [blocks] number of samples with data
-    std::vector<std::int32_t> rim_index_;  ///< [blocks] into rim_, or -1
+    std::pmr::vector<float> field_;  ///< [blocks] mean of the samples; later relaxed heights too
+    std::pmr::vector<std::uint8_t> counts_;     ///< [blocks] number of samples with data
+    std::pmr::vector<std::int32_t> rim_index_;  ///< [blocks] into rim_, or -1
     std::size_t rim_count_ = 0;
     std::vector<Block> rim_;
 };
