@@ -93,6 +93,32 @@ class Bake(Folder):
             os.remove(f"{pieces}/{path}")
         self.assertEqual(self.files(pieces), self.files(whole))
 
+    def test_an_edited_region_is_new_shards(self):
+        heights, raster = self.hills(900, 300)
+        source = ["--dem", raster, "--detail-m", 5]
+        out, before = self.bake("shards", *source, "--sharded")
+        old_files = self.files(out)
+        old_index = old_files["terrain.json"]
+        heights[100:103, 850:853] += 7
+        self.write_grid("hills.asc", heights, 10.0)
+        for name in ("plan.json", "raster.scan"):
+            os.remove(f"{out}/{name}")
+        after = run_json("bake", *source, "--out", out, "--sharded")
+        self.assertNotEqual(after["sha"], before["sha"])
+        new_files = self.files(out)
+        shards = {name for name in old_files if name.endswith(".shard")}
+        self.assertLessEqual({(name, old_files[name]) for name in shards}, set(new_files.items()))
+        added = {name for name in new_files if name.endswith(".shard")} - shards
+        self.assertGreater(len(shards), len(added), "shards away from the region are those of before")
+        self.assertGreater(len(added), 0)
+        alone, summary = self.bake("alone", *source, "--sharded")
+        self.assertEqual(summary["sha"], after["sha"])
+        self.assertEqual(self.read(f"{alone}/terrain.json"), new_files["terrain.json"])
+        # The terrain of before is still in the folder.
+        with open(f"{out}/terrain.json", "wb") as file:
+            file.write(old_index)
+        self.assertEqual(run_json("info", "--dem", out)["sha"], before["sha"])
+
     def test_a_plan_of_another_raster_and_a_shard_that_is_missing_are_one_line(self):
         _, raster = self.hills(300, 200)
         out = self.path("shards")
