@@ -222,8 +222,6 @@ using internal::AreaVertices;
 using internal::ChunkVertices;
 using internal::kChunkSquares;
 using internal::kReachCells;
-using internal::kWideCells;
-using internal::kWideSamples;
 
 constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
 constexpr std::size_t kCells = std::size_t{kChunkCells} * kChunkCells;
@@ -246,12 +244,17 @@ float inverse_square(float bound) {
     return static_cast<float>((1.0 - 0x1p-21) / (wide * wide));
 }
 
-// Samples and cell bounds of a chunk and a margin around it.
+// Samples and cell bounds of a chunk and a margin around it, in cells.
 struct Surroundings {
+    int margin = 0;
     SampleGrid grid;
     std::vector<double> heights;
     std::vector<float> bounds;
 };
+
+std::size_t cell_count(const SampleGrid& grid) {
+    return static_cast<std::size_t>(grid.columns - 1) * static_cast<std::size_t>(grid.rows - 1);
+}
 
 // Called before each call of the source, which may take long.
 Result<void> check_not_cancelled(const std::stop_token& stop) {
@@ -294,15 +297,15 @@ Result<void> fill_heights(const HeightSource& source, const std::stop_token& sto
     const double per_quantum = 1.0 / source.lattice().quantum;
     const double most = std::min(kMostHeight, kMostQuanta * source.lattice().quantum);
     chunk.heights.resize(kSamples);
-    for (int row = 0; row < kWideSamples; ++row) {
-        for (int column = 0; column < kWideSamples; ++column) {
+    for (int row = 0; row < wide.grid.rows; ++row) {
+        for (int column = 0; column < wide.grid.columns; ++column) {
             const double metres =
-                wide.heights[static_cast<std::size_t>(row * kWideSamples + column)];
+                wide.heights[static_cast<std::size_t>(row * wide.grid.columns + column)];
             const double quanta = std::floor(metres * per_quantum + 0.5);
             // the comparison is false for NaN too
             if (!(std::abs(metres) <= most))
                 return height_error(source, metres, wide.grid, column, row);
-            const int x = column - kReachCells, y = row - kReachCells;
+            const int x = column - wide.margin, y = row - wide.margin;
             if (x < 0 || y < 0 || x >= kChunkSamples || y >= kChunkSamples) continue;
             chunk.heights[sample_index(x, y)] = static_cast<std::int32_t>(quanta);
         }
@@ -373,7 +376,7 @@ Result<void> fill_vertex_bounds(const HeightSource& source, const std::stop_toke
     TERRANE_TRY(check_not_cancelled(stop));
     const double half_quantum = 0.5 * source.lattice().quantum;
     std::vector<float> bounds(wide.grid.size());
-    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
+    wide.bounds.resize(cell_count(wide.grid));
     TERRANE_TRY(source.mesh_bounds(wide.grid, bounds, wide.bounds));
     const auto check = [&](const SampleGrid& grid, std::span<const float> of_grid) {
         return internal::check_rises(source.lattice(), grid, of_grid, wide.grid, wide.heights);
@@ -411,12 +414,13 @@ Result<void> fill_cells(const HeightSource& source, const std::stop_token& stop,
     TERRANE_TRY(check_not_cancelled(stop));
     const double half_quantum = 0.5 * source.lattice().quantum;
     chunk.cell_bounds.resize(kCells);
-    for (int row = 0; row < kWideCells; ++row) {
-        for (int column = 0; column < kWideCells; ++column) {
-            float& bound = wide.bounds[static_cast<std::size_t>(row * kWideCells + column)];
+    const int columns = wide.grid.columns - 1, rows = wide.grid.rows - 1;
+    for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+            float& bound = wide.bounds[static_cast<std::size_t>(row * columns + column)];
             if (!is_bound(bound)) return refuse_bound(bound);
             bound = add_up(bound, half_quantum);
-            const int x = column - kReachCells, y = row - kReachCells;
+            const int x = column - wide.margin, y = row - wide.margin;
             if (x < 0 || y < 0 || x >= kChunkCells || y >= kChunkCells) continue;
             chunk.cell_bounds[cell_index(x, y)] = bound;
         }
@@ -538,7 +542,7 @@ void internal::complete_chunk(double quantum, std::shared_ptr<ChunkVertices> ver
 namespace {
 
 // A chunk without content, and the grid of its surroundings.
-std::shared_ptr<Chunk> begin_chunk(const HeightSource& source, const ChunkKey& key,
+std::shared_ptr<Chunk> begin_chunk(const HeightSource& source, const ChunkKey& key, int margin,
                                    Surroundings& wide) {
     const Lattice& lattice = source.lattice();
     auto chunk = std::make_shared<Chunk>();
@@ -546,11 +550,12 @@ std::shared_ptr<Chunk> begin_chunk(const HeightSource& source, const ChunkKey& k
     chunk->corner = lattice.corner(key);
     chunk->step = lattice.step(key.level);
     chunk->is_certified = source.is_certified();
-    const std::int64_t margin = internal::kReachCells * chunk->step;
-    wide.grid = {{chunk->corner.x - margin, chunk->corner.y - margin},
+    const int side = kChunkSamples + 2 * margin;
+    wide.margin = margin;
+    wide.grid = {{chunk->corner.x - margin * chunk->step, chunk->corner.y - margin * chunk->step},
                  chunk->step,
-                 kWideSamples,
-                 kWideSamples};
+                 side,
+                 side};
     return chunk;
 }
 
@@ -575,16 +580,36 @@ Result<std::shared_ptr<const Chunk>> internal::make_bounded_chunk(
         source.lattice().contains(key) && vertices->coarse_bounds.empty() == (key.level > 0),
         "the key must name a chunk, and roots have bounds of coarser vertices");
     Surroundings wide;
-    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, wide);
+    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, kReachCells, wide);
     TERRANE_TRY(fill_heights(source, stop, wide, *chunk));
     chunk->max_vertex_bound = most.of_chunk;
     for (std::size_t i = 0; i < most.of_areas.size(); ++i) {
         chunk->areas[i].max_vertex_bound = most.of_areas[i];
     }
     TERRANE_TRY(check_not_cancelled(stop));
-    wide.bounds.resize(std::size_t{kWideCells} * kWideCells);
+    wide.bounds.resize(cell_count(wide.grid));
     TERRANE_TRY(source.cell_bounds(wide.grid, wide.bounds));
     return finish_chunk(source, stop, wide, std::move(vertices), chunk);
+}
+
+Result<std::shared_ptr<const Chunk>> internal::make_chunk_without_reaches(
+    const HeightSource& source, const ChunkKey& key, bool with_vertex_bounds) {
+    Surroundings own;
+    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, 0, own);
+    TERRANE_TRY(fill_heights(source, {}, own, *chunk));
+    if (with_vertex_bounds) {
+        auto vertices = std::make_shared<ChunkVertices>();
+        TERRANE_TRY(fill_vertex_bounds(source, {}, own, *vertices, *chunk));
+        chunk->vertices = std::move(vertices);
+    } else {
+        own.bounds.resize(cell_count(own.grid));
+        TERRANE_TRY(source.cell_bounds(own.grid, own.bounds));
+    }
+    TERRANE_TRY(fill_cells(source, {}, own, *chunk));
+    const auto [lowest, highest] = std::ranges::minmax_element(chunk->heights);
+    chunk->low = *lowest;
+    chunk->high = *highest;
+    return std::shared_ptr<const Chunk>(chunk);
 }
 
 Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, const ChunkKey& key,
@@ -594,7 +619,7 @@ Result<std::shared_ptr<const Chunk>> make_chunk(const HeightSource& source, cons
     if (auto stored = chunks_of(source).stored_chunk(key, stop); !stored || *stored != nullptr)
         return stored;
     Surroundings wide;
-    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, wide);
+    const std::shared_ptr<Chunk> chunk = begin_chunk(source, key, kReachCells, wide);
     auto vertices = std::make_shared<ChunkVertices>();
     TERRANE_TRY(fill_heights(source, stop, wide, *chunk));
     TERRANE_TRY(fill_vertex_bounds(source, stop, wide, *vertices, *chunk));

@@ -87,12 +87,15 @@ Result<void> find_cell_flags(const RasterStore& store, const BilinearGrid& g,
     });
     const auto rows = spans(grid.rows, raster.rows,
                             [&](int i) { return g.row_at_index(grid.corner.y + i * grid.step); });
+    const bool is_whole = store.is_whole();
     std::size_t at = 0;
     for (const Span& row : rows) {
         for (const Span& column : columns) {
             std::uint8_t& flags = flags_out[at++];
             flags = cell_outside;
             if (column.beyond || row.beyond) continue;
+            flags = cell_ground;
+            if (is_whole) continue;
             TERRANE_TRY(flags, store.flags(column.first, row.first, column.last, row.last));
         }
     }

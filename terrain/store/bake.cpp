@@ -9,10 +9,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -127,11 +130,10 @@ Baked bake_chunk(const Bakeable& bakeable, const ChunkKey& key) {
     const PartHeights& source = *bakeable.source;
     const Lattice& lattice = source.lattice();
     const ChunkContent kept = content_of(lattice, bakeable.world.raster, key.level);
-    // If bounds of vertices are not stored, they need not be computed, which takes longer than all else.
     const auto chunk =
-        kept == ChunkContent::flags
-            ? make_bounded_chunk(source, key, std::make_shared<ChunkVertices>(), {}, {})
-            : make_chunk(source, key);
+        kept == ChunkContent::all
+            ? make_chunk(source, key)
+            : make_chunk_without_reaches(source, key, kept == ChunkContent::vertex_bounds);
     if (!chunk) {
         baked.error = chunk.error();
         return baked;
@@ -168,7 +170,60 @@ Baked bake_chunk(const Bakeable& bakeable, const ChunkKey& key) {
     return baked;
 }
 
+ChunkKey repeated_chunk(const StoreWorld& world, const ChunkKey& key) {
+    if (!world.raster) return key;
+    const BilinearGrid& grid = world.raster->grid;
+    const double spacing = world.lattice.level_spacing(key.level);
+    // Heights and bounds of a chunk depend on samples within this distance.
+    const double around = 16.0 * spacing + std::max(grid.cell_x, grid.cell_y);
+    const auto nearest = [&](std::int32_t index, double origin, double first, double last) {
+        const double side = kChunkCells * spacing;
+        const double before = std::floor((first - around - origin) / side) - 1.0;
+        const double after = std::ceil((last + around - origin) / side);
+        if (index < before) return static_cast<std::int32_t>(before);
+        if (index > after) return static_cast<std::int32_t>(after);
+        return index;
+    };
+    ChunkKey repeated = key;
+    repeated.x = nearest(key.x, world.lattice.origin_x, grid.west,
+                         grid.west + (grid.columns - 1) * grid.cell_x);
+    repeated.y = nearest(key.y, world.lattice.origin_y, grid.south,
+                         grid.south + (grid.rows - 1) * grid.cell_y);
+    return repeated;
+}
+
 namespace {
+
+/// Chunks that others equal. Threads: any number at once.
+class RepeatedChunks {
+public:
+    explicit RepeatedChunks(const Bakeable& bakeable) : bakeable_(bakeable) {}
+
+    Baked bake(const ChunkKey& key) {
+        const ChunkKey repeated = repeated_chunk(bakeable_.world, key);
+        if (repeated == key) return bake_chunk(bakeable_, key);
+        {
+            const std::lock_guard lock(mutex_);
+            if (const auto found = baked_.find(name_of(repeated)); found != baked_.end()) {
+                return found->second;
+            }
+        }
+        Baked baked = bake_chunk(bakeable_, repeated);
+        const std::lock_guard lock(mutex_);
+        if (baked_.size() == kMost) baked_.clear();
+        baked_.emplace(name_of(repeated), baked);
+        return baked;
+    }
+
+private:
+    static constexpr std::size_t kMost = 256;
+    using Name = std::tuple<int, std::int32_t, std::int32_t>;
+    static Name name_of(const ChunkKey& key) { return {key.level, key.x, key.y}; }
+
+    const Bakeable& bakeable_;
+    std::mutex mutex_;
+    std::map<Name, Baked> baked_;
+};
 
 /// Makes items on several threads, and hands them over in order on this one.
 ///
@@ -259,7 +314,8 @@ Result<Extremes> bake_chunks(const Bakeable& bakeable, int worker_count, std::si
                              const std::function<Result<void>(double)>& begin, SealedWriter& file,
                              std::vector<ChunkRecord>& records_out) {
     Extremes extremes;
-    const auto make = [&](std::size_t i) { return bake_chunk(bakeable, key_at(i)); };
+    RepeatedChunks chunks(bakeable);
+    const auto make = [&](std::size_t i) { return chunks.bake(key_at(i)); };
     const auto take = [&](Baked& baked) -> Result<void> {
         TERRANE_TRY(baked.record.offset, file.append(baked.stored));
         records_out.push_back(baked.record);

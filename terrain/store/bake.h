@@ -107,6 +107,10 @@ struct Baked {
 
 Baked bake_chunk(const Bakeable& bakeable, const ChunkKey& key);
 
+/// A chunk with the same record as `key`, except for its place in a file. Beyond a raster the surface repeats the
+/// raster's edge, so the chunks that lie far enough beyond an edge equal the nearest of them.
+ChunkKey repeated_chunk(const StoreWorld& world, const ChunkKey& key);
+
 /// An encoded square of a raster.
 struct BakedSquare {
     std::vector<std::uint8_t> stored;

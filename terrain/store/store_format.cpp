@@ -290,23 +290,23 @@ std::size_t max_encoded_bytes() {
 }
 
 std::vector<std::uint8_t> encode_chunk(const Chunk& chunk, ChunkContent content) {
-    const ChunkVertices& vertices = *chunk.vertices;
     const bool is_all = content == ChunkContent::all;
-    const bool has_coarse = content != ChunkContent::flags && !vertices.coarse_bounds.empty();
+    const bool has_vertices = content != ChunkContent::flags;
+    const bool has_coarse = has_vertices && !chunk.vertices->coarse_bounds.empty();
     ByteWriter out;
     out.put(static_cast<std::uint8_t>((has_coarse ? has_coarse_bounds : 0) |
                                       (chunk.cell_flags.empty() ? 0 : has_cell_flags)));
     if (is_all) put_grid(out, bits_of<std::uint32_t, std::int32_t>(chunk.heights), kChunkSamples);
-    if (content != ChunkContent::flags) put_vertices(out, vertices, is_all);
+    if (has_vertices) put_vertices(out, *chunk.vertices, is_all);
     if (is_all) {
         put_grid(out, bits_of<std::uint32_t, float>(chunk.cell_bounds), kChunkCells);
-        out.put(vertices.reach_base);
-        out.put(vertices.reach_unit);
+        out.put(chunk.vertices->reach_base);
+        out.put(chunk.vertices->reach_unit);
     }
-    if (content != ChunkContent::flags) put_most_bounds(out, chunk);
+    if (has_vertices) put_most_bounds(out, chunk);
     if (has_coarse) {
         put_planes(out, std::span<const std::uint32_t>(
-                            bits_of<std::uint32_t, float>(vertices.coarse_bounds)));
+                            bits_of<std::uint32_t, float>(chunk.vertices->coarse_bounds)));
     }
     out.put_each(std::span<const std::uint8_t>(chunk.cell_flags));
     return out.bytes();
