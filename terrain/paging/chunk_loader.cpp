@@ -3,9 +3,13 @@
 
 #include <terrane/base/result.h>
 #include <terrane/terrain/chunk_loader.h>
+#include <terrane/terrain/chunk_source.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace terrane {
 
@@ -60,8 +64,12 @@ FinishedLoad run_load(const HeightSource& source, LoadRequest request,
 namespace terrane::internal {
 
 void InlineLoader::queue(std::vector<LoadRequest> requests) {
-    for (LoadRequest& request : requests) {
-        finished_.push_back(run_load(*source_, std::move(request)));
+    std::vector<ChunkKey> keys;
+    for (const LoadRequest& request : requests) keys.push_back(request.key);
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        // Again for each load: once the index of a shard is read, more of its records are known.
+        chunks_of(*source_).expect_chunks(std::span(keys).subspan(i));
+        finished_.push_back(run_load(*source_, std::move(requests[i])));
     }
 }
 

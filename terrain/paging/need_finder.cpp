@@ -183,8 +183,7 @@ NeedFinder::Absent NeedFinder::visit_absent(const ChunkKey& key, ContactNeeds::S
     candidates_.push_back({key, needs.all});
     const double own_s = times_->expected_s(key.level);
     Absent absent{slack_of(needs.all, own_s), needs.of_drawing};
-    if (settings_.policy == PagingPolicy::deadline && may_guess_ &&
-        key.level < lattice_->finest_level) {
+    if (settings_.policy == PagingPolicy::deadline && key.level < lattice_->finest_level) {
         const Absent below = visit_below_absent(key, slot, box, bound, arrival_s, needs.all.why);
         absent = {std::min(absent.slack_s, below.slack_s - own_s),
                   combine(absent.of_drawing, below.of_drawing)};
@@ -202,13 +201,15 @@ NeedFinder::Absent NeedFinder::visit_below_absent(const ChunkKey& key, ContactNe
     Absent all;
     for (int quadrant = 0; quadrant < 4; ++quadrant) {
         const ContactNeeds::Slot child_slot = contact_->child(slot, quadrant);
-        if (predicted_views_.empty() && child_slot == ContactNeeds::kNone) continue;
+        const bool may_be_seen = may_guess_ && !predicted_views_.empty();
+        if (!may_be_seen && child_slot == ContactNeeds::kNone) continue;
         const ChunkKey child = key.child(quadrant);
         const double arrives_s = arrival_s + times_->expected_s(child.level);
         const WorldRect rect = rect_of(*lattice_, child);
         const WorldBox child_box{{rect.west - margin, rect.south - margin, box.low.z()},
                                  {rect.east + margin, rect.north + margin, box.high.z()}};
-        Need seen = camera_need(child_box, own_bound, arrives_s, false);
+        Need seen;
+        if (may_be_seen) seen = camera_need(child_box, own_bound, arrives_s, false);
         // A child that is not urgent is requested after its parent's arrival.
         const bool is_urgent = seen.why == NeedClass::drawn && seen.begin_s < arrives_s;
         if (!is_urgent) seen = {};

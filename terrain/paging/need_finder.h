@@ -38,7 +38,7 @@ public:
     ///
     /// Cost: proportional to the needed chunks, present and absent, and those needed before
     ///
-    /// @param may_guess  false: list only roots and children of resident chunks
+    /// @param may_guess  false: for cameras, list only roots and children of resident chunks
     Bytes find(ChunkTree& tree, std::span<const PredictedView> predicted_views,
                const ContactNeeds& contact, const LoadTimes& times, double time_s, bool may_guess);
 

@@ -211,14 +211,14 @@ private:
         candidates.push_back({key, own.all});
         own.slack_s = own.all.begin_s - load_s_;
         const double margin = ground().lattice().level_spacing(key.level + 1);
-        for (int quadrant = 0; quadrant < 4 && key.level < kFinest && may_guess_; ++quadrant) {
+        for (int quadrant = 0; quadrant < 4 && key.level < kFinest; ++quadrant) {
             const ChunkKey child = key.child(quadrant);
             const double arrives_s = arrival_s + load_s_;
             const WorldRect rect = rect_of(ground().lattice(), child);
             const WorldBox child_box{{rect.west - margin, rect.south - margin, box.low.z()},
                                      {rect.east + margin, rect.north + margin, box.high.z()}};
             Need seen = camera_need(child_box, kDecay * bound, arrives_s, false);
-            if (seen.why != NeedClass::drawn || seen.begin_s >= arrives_s) seen = {};
+            if (!may_guess_ || seen.why != NeedClass::drawn || seen.begin_s >= arrives_s) seen = {};
             Needs below = own_needs(child, seen);
             if (!below.all.is_needed()) continue;
             const NeedClass why = below.all.why;

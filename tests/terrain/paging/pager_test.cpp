@@ -326,6 +326,36 @@ TEST(ChunkSource, IsForwardedTogetherWithTheHeights) {
     EXPECT_GT(chunk->bytes(), Chunk::max_bytes());
 }
 
+/// Keeps what was expected.
+class Expecting final : public ForwardedHeights {
+public:
+    explicit Expecting(std::shared_ptr<const HeightSource> heights)
+        : ForwardedHeights(std::move(heights)) {}
+    void expect_chunks(std::span<const ChunkKey> keys) const override {
+        calls.emplace_back(keys.begin(), keys.end());
+    }
+    mutable std::vector<std::vector<ChunkKey>> calls;
+};
+
+TEST(ChunkSource, ExpectsAllChunksUnderABodyAtOnce) {
+    const auto source = std::make_shared<Expecting>(
+        std::make_shared<const WaveHeights>(test::small_world(5, 1.0), 20.0, 700.0));
+    Pager pager = Pager::create(source, {.worker_count = 0}).value();
+    const BodyNeed body{.centre_world = {1.0, 1.0, 0.0}};
+    pager.update({}, {&body, 1}, 0.0);
+    const auto longest = std::ranges::max_element(source->calls, {}, &std::vector<ChunkKey>::size);
+    ASSERT_NE(longest, source->calls.end());
+    std::set<ChunkKey> listed;
+    std::set<int> levels;
+    for (const ChunkKey& key : *longest) {
+        EXPECT_TRUE(key.level == 1 || listed.contains(key.parent())) << int{key.level};
+        listed.insert(key);
+        levels.insert(key.level);
+    }
+    EXPECT_EQ(levels, (std::set<int>{1, 2, 3, 4, 5}));
+    EXPECT_EQ(pager.stats().failed, 0u);
+}
+
 // Places a body at the chunk; returns whether the chunk is resident after two seconds of the pager's clock.
 bool arrives(Pager& pager, const ChunkKey& key, std::size_t ceiling) {
     BodyNeed body{.centre_world = {1.0, 1.0, 0.0}};
