@@ -235,6 +235,7 @@ Result<std::vector<RecordContent>> ShardRecords::read(std::span<const Wanted> wa
 }
 
 void ShardRecords::expect(std::span<const Expected> expected) const {
+    constexpr std::uint64_t kLongRecord = 160 * 1024;  // bytes; few chunks take more
     std::vector<ExpectedRange> ranges;
     std::set<std::int64_t> unknown;  // shards whose index is not read yet
     const auto add = [&](std::int64_t shard, const auto& record_in, std::size_t most_bytes,
@@ -250,8 +251,16 @@ void ShardRecords::expect(std::span<const Expected> expected) const {
         }
     };
     const auto add_chunk = [&](const ChunkKey& key, bool is_later) {
+        const std::int64_t shard = layout_.shard_of(key);
+        const bool is_first = layout_.extent(shard).chunk_at(0) == key;
+        if (is_first && cached_index(shard) == nullptr) {
+            // Its record is the first of the file, and need not wait for the index, which has its size.
+            const ShardFile& file = manifest_.shards[static_cast<std::size_t>(shard)];
+            ranges.push_back(
+                {file.file_name(), file.bytes, 0, std::min(kLongRecord, file.bytes), is_later});
+        }
         add(
-            layout_.shard_of(key),
+            shard,
             [&](const Index& index) -> const StoredRecord& {
                 return index.chunks[index.extent.index_of(key)];
             },

@@ -453,6 +453,14 @@ public:
     mutable std::set<Range> expected, later, read_ranges;
 };
 
+/// Whether the first record of a file was read.
+bool has_read_first_record(const NotedFiles& files, const std::string& name) {
+    constexpr std::uint64_t kHeaderBytes = 72;
+    return std::ranges::any_of(files.read_ranges, [&](const NotedFiles::Range& range) {
+        return std::get<0>(range) == name && std::get<1>(range) == kHeaderBytes;
+    });
+}
+
 TEST(ShardedStore, ExpectsWhatItsChunksRead) {
     const std::vector<std::shared_ptr<const HeightSource>> sources{small_raster(1.25),
                                                                    small_fractal()};
@@ -462,13 +470,20 @@ TEST(ShardedStore, ExpectsWhatItsChunksRead) {
         const auto files =
             std::make_shared<NotedFiles>(open_shard_folder(folder.file("a")).value());
         const auto store = ChunkStore::open(files).value();
+        int first_record_count = 0;
         for (const ChunkKey& key : all_keys(store->lattice())) {
-            // The first time only the indices of shards are known.
+            // The first time only the indices of shards are known, and where the first record of each is.
             for (int attempt = 0; attempt < 2; ++attempt) {
                 chunks_of(*store).expect_chunks({&key, 1});
                 EXPECT_TRUE(files->read_ranges.empty()) << "nothing is read by expecting it";
                 if (attempt > 0 || files->expected.empty()) break;
+                const std::set<NotedFiles::Range> first = files->expected;
                 ASSERT_TRUE(make_chunk(*store, key).has_value());
+                for (const auto& [name, offset, bytes] : first) {
+                    if (offset > 0) continue;
+                    EXPECT_TRUE(has_read_first_record(*files, name));
+                    ++first_record_count;
+                }
                 files->read_ranges.clear();
             }
             // Squares that an earlier chunk has read are in memory.
@@ -477,6 +492,7 @@ TEST(ShardedStore, ExpectsWhatItsChunksRead) {
             EXPECT_EQ(files->read_ranges, expected);
             files->read_ranges.clear();
         }
+        EXPECT_GT(first_record_count, 0);
         const std::vector<ChunkKey> keys = all_keys(store->lattice());
         chunks_of(*store).expect_chunks(keys);
         EXPECT_GE(files->expected.size(), keys.size());

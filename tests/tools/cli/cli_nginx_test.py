@@ -14,7 +14,7 @@ import unittest
 
 os.environ["no_proxy"] = "127.0.0.1"  # before the program's server starts
 import nginx
-from program import PROGRAM, Folder, run_json
+from program import PROGRAM, Folder, ask, run_json
 
 RASTER = os.path.join(os.path.dirname(__file__), "../../../tools/data/jacksboro.tif")
 LATENCY, RATE = 0.1, 10e6  # seconds there and back; bytes a second
@@ -109,6 +109,14 @@ class Nginx(Folder):
         # with those that read the heights along the path
         self.assertLess(cold["http"]["requests"], 0.6 * cold["chunks_loaded"])
         self.assertLess(warm["http"]["requests"], 5)
+
+    def test_ground_under_a_wheel_comes_after_a_few_round_trips(self):
+        begin = time.monotonic()
+        question = [{"op": "height", "x": 1234.5, "y": -321.0}]
+        over = ask(["--dem", self.address, "--http-cache", "off"], question)
+        seconds = time.monotonic() - begin
+        print(f"first ground after {seconds:.2f} s, the program's start included")
+        self.assertEqual(over, ask(["--dem", self.path("store")], question))
 
 
 @unittest.skipUnless(nginx.NGINX and shutil.which("openssl"), "nginx or openssl is not installed")
