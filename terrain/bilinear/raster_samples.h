@@ -139,8 +139,8 @@ private:
     mutable std::unordered_map<std::int64_t, Cached> tiles_;
 };
 
-/// Packed samples of a raster that are loaded by squares: [rows * columns] from the south-west; the last squares of rows
-/// and columns may be smaller.
+/// Packed samples of a raster that are loaded by squares: [rows * columns] from the south-west; the last squares of
+/// rows and columns may be smaller.
 class SquareCache : public TileCache<std::vector<std::uint32_t>> {
 public:
     using Square = std::vector<std::uint32_t>;

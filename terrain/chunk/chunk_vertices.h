@@ -156,8 +156,8 @@ Result<std::shared_ptr<const Chunk>> make_bounded_chunk(const HeightSource& sour
                                                         const MostBounds& most,
                                                         const std::stop_token& stop);
 
-/// Makes the fields of a chunk that a store writes if it computes the others when the chunk is read: heights with their
-/// range, bounds and flags of cells, and if wanted the bounds of vertices, with the values that make_chunk() gives them.
+/// Makes the fields of a chunk that a store writes if it computes the others when the chunk is read: heights with
+/// their range, bounds and flags of cells, and if wanted the bounds of vertices. Values are those of make_chunk().
 /// Fails: as make_chunk()
 Result<std::shared_ptr<const Chunk>> make_chunk_without_reaches(const HeightSource& source,
                                                                 const ChunkKey& key,

@@ -96,8 +96,9 @@ private:
 Result<std::int64_t> find_deviations(const FineSurface& fine, const BoundTier& first,
                                      std::span<BoundTier> levels, OpeningProgress& progress);
 
-/// Bounds that are computed once and stored, in memory or in a file. The first tier is eight times coarser than the base spacing (more for huge
-/// rasters). Finer bounds are computed on demand, from windows of at most about 500 points a side.
+/// Bounds that are computed once and stored, in memory or in a file. The first tier is eight times coarser than the
+/// base spacing (more for huge rasters). Finer bounds are computed on demand, from windows of at most about 500 points
+/// a side.
 class BoundTiers {
 public:
     /// Computes all tiers: two passes over the raster.

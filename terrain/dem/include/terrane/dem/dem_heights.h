@@ -61,10 +61,11 @@ struct DemSettings {
     DemCache cache = {};
     /// File with what an earlier opening found; "": none. If it is absent, opening writes it, with one more pass, and
     /// reserves about 1 byte per sample beside it while the source exists, in place of memory. Otherwise opening reads
-    /// it instead of the samples, and the source needs at most about 0.5 GiB for any raster. Samples are then read by window, in squares of 256 x 256, and compared with their hashes: if
-    /// the raster or settings of its numbers have changed, reading fails with bad_data. If sizes or times of its files
-    /// have changed, opening compares all samples. A file of another raster or lattice is an invalid_argument. Not used
-    /// for a raster that is resampled (see DemHeights).
+    /// it instead of the samples, and the source needs at most about 0.5 GiB for any raster. Samples are then read by
+    /// window, in squares of 256 x 256, and compared with their hashes: if the raster or settings of its numbers have
+    /// changed, reading fails with bad_data. If sizes or times of its files have changed, opening compares all samples.
+    /// A file of another raster or lattice is an invalid_argument. Not used for a raster that is resampled (see
+    /// DemHeights).
     std::string scan_file = {};
 
     /// Unit of the numbers, such as "foot", in a spelling of GDAL, PROJ, EPSG or CF. Replaces the units of the band and
@@ -91,8 +92,8 @@ struct DemSettings {
 
     /// Memory limit for opening the raster and for the source, bytes; rasters that need more are refused before they
     /// are read. A raster needs about 200 MiB, 1 byte per sample (on the disk if a scan_file is written), and 4 more
-    /// bytes per sample (128 MiB if it has over 64 million samples); scattered nodata needs up to 10 bytes per sample. Not included: GDAL's cache, a twentieth
-    /// of the machine's memory unless GDAL_CACHEMAX is set.
+    /// bytes per sample (128 MiB if it has over 64 million samples); scattered nodata needs up to 10 bytes per sample.
+    /// Not included: GDAL's cache, a twentieth of the machine's memory unless GDAL_CACHEMAX is set.
     std::size_t memory_bytes = std::size_t{2} << 30;
     /// Timeout for opening the file, and for reading each strip of about four million samples, seconds, > 0; the
     /// opening or read then fails with timed_out. Infinite: no limit. After a timeout the blocked thread continues, and
