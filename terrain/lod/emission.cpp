@@ -172,7 +172,7 @@ void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
 template <typename Use>
 void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
     const auto is_active = [&](int column, int row) {
-        return root.key_at(column, row) < threshold;
+        return root.coarse_key(column, row) < threshold;
     };
     for (int stride = kChunkSquares; stride > 1; stride /= 2) {
         for (int row = stride; row < kChunkCells; row += 2 * stride) {
@@ -184,8 +184,9 @@ void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) 
                     if (is_active(column + side.middle_x * stride, row + side.middle_y * stride)) {
                         word |= 1u << k;
                     }
-                    if (is_active(column + side.corner_x * stride / 2,
-                                  row + side.corner_y * stride / 2)) {
+                    // of stride 2: vertices of the chunk's own spacing
+                    if (root.key_at(column + side.corner_x * stride / 2,
+                                    row + side.corner_y * stride / 2) < threshold) {
                         word |= 1u << (4 + k);
                     }
                 }
@@ -196,7 +197,7 @@ void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) 
 }
 
 bool is_undivided(const OpenChunk& root, float threshold) {
-    return !(root.key_at(kChunkSquares, kChunkSquares) < threshold);
+    return !(root.coarse_key(kChunkSquares, kChunkSquares) < threshold);
 }
 
 void emit_root(const OpenChunk& root, float threshold, Writer& writer) {

@@ -77,12 +77,13 @@ public:
     double error_with_fade(double excess, double fade) const;
 
     /// Sets a chunk's offsets. Requires the offsets of its parent.
-    void compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const;
+    void compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float threshold,
+                         float quantum) const;
 
 private:
     void morph_vertex(OpenChunk& chunk, float rise, float key, int column, int row, int to_x,
                       int to_y) const;
-    void morph_coarse(OpenChunk& root, float quantum) const;
+    void morph_coarse(OpenChunk& root, float threshold, float quantum) const;
     void morph_sides(OpenChunk& chunk, float quantum) const;
     double share(double excess) const;
     double integral(double from, double to) const;

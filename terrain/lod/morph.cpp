@@ -156,21 +156,23 @@ void Morph::morph_vertex(OpenChunk& chunk, float rise, float key, int column, in
                                chunk.offsets[sample_index(column + to_x, row + to_y)]);
 }
 
-// Computes offsets of a root's vertices of coarser spacings, coarse to fine.
-void Morph::morph_coarse(OpenChunk& root, float quantum) const {
+// Computes offsets of a root's active vertices of coarser spacings, coarse to fine.
+void Morph::morph_coarse(OpenChunk& root, float threshold, float quantum) const {
     for (const int corner : {0, kChunkCells}) {
         root.offsets[sample_index(corner, 0)] = root.offsets[sample_index(corner, kChunkCells)] =
             0.0f;
     }
     const std::vector<std::int32_t>& heights = root.chunk->heights;
     const auto morph_between = [&](int column, int row, int to_x, int to_y) {
+        const float key = root.coarse_key(column, row);
+        if (!(key < threshold)) return;
         const std::int32_t height = heights[sample_index(column, row)];
         const std::int32_t end_a = heights[sample_index(column - to_x, row - to_y)];
         const std::int32_t end_b = heights[sample_index(column + to_x, row + to_y)];
         const float rise =
             0.5f * quantum *
             (static_cast<float>(height - end_a) + static_cast<float>(height - end_b));
-        morph_vertex(root, rise, root.key_at(column, row), column, row, to_x, to_y);
+        morph_vertex(root, rise, key, column, row, to_x, to_y);
     };
     const bool root_rises = cut_to_north_east(root.chunk->key.x, root.chunk->key.y);
     for (int stride = kChunkCells / 2; stride > 1; stride /= 2) {
@@ -214,8 +216,9 @@ void Morph::morph_sides(OpenChunk& chunk, float quantum) const {
     });
 }
 
-void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float quantum) const {
-    if (chunk.is_root()) morph_coarse(chunk, quantum);
+void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float threshold,
+                            float quantum) const {
+    if (chunk.is_root()) morph_coarse(chunk, threshold, quantum);
     AreaMorph part;
     part.share = share_of_;
     const auto morph_area = [&](int area) {

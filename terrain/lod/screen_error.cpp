@@ -38,8 +38,7 @@ bool is_world_border(const OpenChunk& chunk, int area, Side side) {
 float OpenChunk::key_at(int column, int row) const {
     const auto of_square = [](int sample) { return static_cast<std::size_t>(sample / 2); };
     if (((column | row) & 1) == 0) {
-        if (!is_root()) return kNever;
-        return coarse_keys[of_square(row) * kCoarseSide + of_square(column)];
+        return is_root() ? coarse_key(column, row) : kNever;
     }
     if (column == kChunkCells && at_world_border[east]) return east_keys[of_square(row)];
     if (row == kChunkCells && at_world_border[north]) return north_keys[of_square(column)];
@@ -175,6 +174,8 @@ namespace {
 
 // Margin for the rounding of positions to single precision.
 constexpr double kWider = 1.0 + 0x1p-20;
+// Factor on lower bounds of keys, for the rounding of keys.
+constexpr double kKeyMargin = 0.9999;
 // Coordinates are clamped to this, metres, so that their squares stay finite.
 constexpr double kFarthest = 1e16;
 
@@ -299,6 +300,46 @@ ScreenError::WorldBox ScreenError::box_of_area(const Chunk& chunk, int area) con
             {lattice_.x(west + side), lattice_.y(south + side), lattice_.quantum * part.high}};
 }
 
+std::uint64_t ScreenError::areas_below(const Chunk& chunk, float half_width, float floor,
+                                       bool is_in_view) const {
+    // horizontal gaps between the eye and the reaches of a column or row of areas
+    const auto margin = static_cast<double>(half_width);
+    std::array<double, kChunkAreas> x_squared, y_squared;
+    const auto gap_squared = [&](double low, double high, double eye) {
+        const double gap = std::max({low - margin - eye, eye - high - margin, 0.0});
+        return gap * gap;
+    };
+    for (int i = 0; i < kChunkAreas; ++i) {
+        const std::int64_t from = i * kAreaCells * chunk.step;
+        const std::int64_t to = from + kAreaCells * chunk.step;
+        const auto k = static_cast<std::size_t>(i);
+        x_squared[k] = gap_squared(lattice_.x(chunk.corner.x + from),
+                                   lattice_.x(chunk.corner.x + to), eye_.x());
+        y_squared[k] = gap_squared(lattice_.y(chunk.corner.y + from),
+                                   lattice_.y(chunk.corner.y + to), eye_.y());
+    }
+    std::uint64_t areas = 0;
+    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
+        const double bound = chunk.areas[static_cast<std::size_t>(area)].max_vertex_bound;
+        const HeightInterval heights = chunk.vertices->reach_of_area(area);
+        const double gap = std::max({heights.low - eye_.z(), eye_.z() - heights.high, 0.0});
+        const double distance_squared = x_squared[static_cast<std::size_t>(area % kChunkAreas)] +
+                                        y_squared[static_cast<std::size_t>(area / kChunkAreas)] +
+                                        gap * gap;
+        // the key in view; outside the view keys are larger
+        if (!(kKeyMargin * std::max(distance_squared, near_ * near_) <
+              static_cast<double>(floor) * bound * bound)) {
+            continue;
+        }
+        if (!is_in_view && !(least_key(reach_of_area(chunk, area, half_width),
+                                       static_cast<float>(bound)) < floor)) {
+            continue;
+        }
+        areas |= std::uint64_t{1} << area;
+    }
+    return areas;
+}
+
 float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is_in_view) const {
     const Eigen::Vector3d low = reach.low - eye_;
     const Eigen::Vector3d high = reach.high - eye_;
@@ -315,8 +356,7 @@ float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is
                           static_cast<double>(kLeastWeight));
     }
     const double bound = static_cast<double>(largest_bound);
-    // 0.9999 covers the rounding of keys
-    const double key = 0.9999 * std::max(distance_squared, near_ * near_) /
+    const double key = kKeyMargin * std::max(distance_squared, near_ * near_) /
                        std::max(bound * bound * weight * weight,
                                 static_cast<double>(std::numeric_limits<float>::min()));
     return static_cast<float>(
@@ -343,6 +383,13 @@ KeyPlanes ScreenError::planes_across(const WorldBox& box) const {
         ++planes.count;
     }
     return planes;
+}
+
+bool ScreenError::is_inside(const WorldBox& box) const {
+    for (const Eigen::Vector3d& normal : frustum_.normals) {
+        if (normal.dot(support(box.low, box.high, -normal) - eye_) < 0.0) return false;
+    }
+    return true;
 }
 
 double ScreenError::error_in_view(const WorldBox& box, double bound) const {

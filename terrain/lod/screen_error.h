@@ -105,6 +105,11 @@ struct OpenChunk {
     /// the vertex. kNever if that neighbour or the vertex's area is not open, and for vertices of coarser chunks
     /// (column and row even, unless this chunk is a root).
     float key_at(int column, int row) const;
+    /// Key of a root's vertex of a coarser spacing at a sample.
+    float coarse_key(int column, int row) const {
+        return coarse_keys[static_cast<std::size_t>(row / 2) * kCoarseSide +
+                           static_cast<std::size_t>(column / 2)];
+    }
     /// Rise, metres, of the midpoint at an odd sample of the eastern or northern side: stored by the neighbour, or at
     /// the world's border computed from the heights.
     float side_rise(Side side, int at, float quantum) const;
@@ -207,9 +212,15 @@ public:
     /// @param is_in_view  the box is known to be inside the view
     float least_key(const WorldBox& reach, float largest_bound, bool is_in_view = false) const;
 
+    /// Areas of a chunk, a bit each, for which least_key() is below a floor.
+    /// @param half_width  of the reach of a centre
+    /// @param is_in_view  the chunk is known to be inside the view
+    std::uint64_t areas_below(const Chunk& chunk, float half_width, float floor,
+                              bool is_in_view) const;
+
     /// The side planes of the view that do not have a whole box inside; only these affect the keys in the box.
     KeyPlanes planes_across(const WorldBox& box) const;
-    bool is_inside(const WorldBox& box) const { return planes_across(box).count == 0; }
+    bool is_inside(const WorldBox& box) const;
 
     /// Largest screen error, pixels, of a vertical deviation of `bound` metres at any point of a box, rounded up; 0 if
     /// no point of the box is in view.

@@ -126,6 +126,7 @@ private:
                   float half_width, float inverse_square_bound) const;
     void open_chunk(const ResidentSet& resident, std::size_t index);
     void link(const ResidentSet& resident, OpenChunk& chunk);
+    static void place(const ScreenError& screen, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
     void find_centres(float floor, OpenChunk& chunk, int area) const;
     void find_midpoints(float floor, OpenChunk& chunk, int area) const;
@@ -138,8 +139,12 @@ private:
                       float floor) const;
     void find_coarse_keys(const ScreenError& screen, float floor,
                           std::span<OpenChunk* const> roots) const;
-    void trim_coarse_centres(OpenChunk& root, int stride, float floor) const;
-    void trim_coarse_midpoints(OpenChunk& root, int stride, float floor) const;
+    void find_coarse_key(const ScreenError& screen, OpenChunk& root, int column, int row,
+                         float parent, float other_parent, float floor) const;
+    void find_coarse_centres(const ScreenError& screen, OpenChunk& root, int stride,
+                             float floor) const;
+    void find_coarse_midpoints(const ScreenError& screen, OpenChunk& root, int stride,
+                               float floor) const;
 
     Lattice lattice_;
     Reaches reaches_;

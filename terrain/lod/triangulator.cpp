@@ -117,7 +117,7 @@ void Triangulator::State::activate_and_morph(const Morph& morph) {
         });
         const auto count = static_cast<std::size_t>(end - rest.begin());
         team.run(count, [&](std::size_t i, int) {
-            morph.compute_offsets(*rest[i], keys.kernels(), quantum);
+            morph.compute_offsets(*rest[i], keys.kernels(), threshold, quantum);
         });
         rest = rest.subspan(count);
     }

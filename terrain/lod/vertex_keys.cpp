@@ -20,24 +20,6 @@ std::size_t coarse_index(int column, int row) {
            static_cast<std::size_t>(column);
 }
 
-// Calls use(column, row) for the centres and midpoints of a stride.
-template <class Use>
-void for_stride(int stride, const Use& use) {
-    bool is_centre_row = false;
-    for (int row = 0; row <= kSide; row += stride, is_centre_row = !is_centre_row) {
-        const int step = is_centre_row ? stride : 2 * stride;
-        for (int column = is_centre_row ? 0 : stride; column <= kSide; column += step) {
-            use(column, row);
-        }
-    }
-}
-
-// Raises a vertex's key to its parents' keys, and records whether the vertex is thereby held.
-void trim(OpenChunk& root, float& key, float parents, float floor) {
-    root.is_coarse_held |= key < floor && key < parents;
-    key = std::max(key, parents);
-}
-
 }  // namespace
 
 float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& root, int column,
@@ -72,44 +54,62 @@ bool VertexKeys::may_be_below(const ScreenError& screen, const OpenChunk& root, 
     return screen.least_key(box, root.chunk->vertices->largest_coarse_bounds[exponent]) < floor;
 }
 
-// The centre of a root square has no parents.
-void VertexKeys::trim_coarse_centres(OpenChunk& root, int stride, float floor) const {
-    if (stride == kCoarsest) return;
+// Sets a coarser vertex's key: its own, raised to its parents' keys. The own key is not computed if no parent is below
+// the floor: then the vertex is inactive, and no triangle is drawn that it would split.
+void VertexKeys::find_coarse_key(const ScreenError& screen, OpenChunk& root, int column, int row,
+                                 float parent, float other_parent, float floor) const {
+    float& key = root.coarse_keys[coarse_index(column, row)];
+    key = std::max(parent, other_parent);
+    if (!(std::min(parent, other_parent) < floor)) return;
+    const float own = own_coarse_key(screen, root, column, row);
+    root.is_coarse_held |= own < floor && own < key;
+    key = std::max(own, key);
+}
+
+void VertexKeys::find_coarse_centres(const ScreenError& screen, OpenChunk& root, int stride,
+                                     float floor) const {
+    if (stride == kCoarsest) {
+        // the centre of a root square has no parents
+        find_coarse_key(screen, root, stride, stride, 0.0f, 0.0f, floor);
+        return;
+    }
     // the parents are the corners of odd index sum, in units of twice the stride
     int row_other = -stride;
     for (int row = stride; row < kSide; row += 2 * stride, row_other = -row_other) {
         int other = row_other;
         for (int column = stride; column < kSide; column += 2 * stride, other = -other) {
-            const float parents =
-                std::max(root.coarse_keys[coarse_index(column + stride, row + other)],
-                         root.coarse_keys[coarse_index(column - stride, row - other)]);
-            trim(root, root.coarse_keys[coarse_index(column, row)], parents, floor);
+            find_coarse_key(screen, root, column, row,
+                            root.coarse_keys[coarse_index(column + stride, row + other)],
+                            root.coarse_keys[coarse_index(column - stride, row - other)], floor);
         }
     }
 }
 
-void VertexKeys::trim_coarse_midpoints(OpenChunk& root, int stride, float floor) const {
+void VertexKeys::find_coarse_midpoints(const ScreenError& screen, OpenChunk& root, int stride,
+                                       float floor) const {
     // a centre beyond a side belongs to the neighbour, if there is one
-    const auto centre = [&](int column, int row) {
-        const OpenChunk* owner = &root;
-        for (const auto& [side, is_beyond] :
-             {std::pair{west, column < 0}, std::pair{east, column > kSide},
-              std::pair{south, row < 0}, std::pair{north, row > kSide}}) {
-            if (!is_beyond) continue;
-            if (root.at_world_border[side]) return 0.0f;
-            owner = root.neighbour[side];
-        }
-        if (owner == nullptr) return OpenChunk::kNever;
-        const auto wrap = [](int i) { return i < 0 ? i + kSide : i > kSide ? i - kSide : i; };
-        return owner->coarse_keys[coarse_index(wrap(column), wrap(row))];
+    const auto beyond = [&](Side side, int column, int row) {
+        if (root.at_world_border[side]) return 0.0f;
+        const OpenChunk* const owner = root.neighbour[side];
+        return owner == nullptr ? OpenChunk::kNever : owner->coarse_keys[coarse_index(column, row)];
     };
-    bool is_centre_row = false;
-    for (int row = 0; row <= kSide; row += stride, is_centre_row = !is_centre_row) {
-        const int to_x = is_centre_row ? stride : 0, to_y = is_centre_row ? 0 : stride;
-        for (int column = is_centre_row ? 0 : stride; column <= kSide; column += 2 * stride) {
-            const float parents =
-                std::max(centre(column - to_x, row - to_y), centre(column + to_x, row + to_y));
-            trim(root, root.coarse_keys[coarse_index(column, row)], parents, floor);
+    const auto inside = [&](int column, int row) {
+        return root.coarse_keys[coarse_index(column, row)];
+    };
+    const int last = kSide - stride;
+    for (int along = stride; along < kSide; along += 2 * stride) {
+        for (int row = 0; row <= kSide; row += 2 * stride) {
+            find_coarse_key(
+                screen, root, along, row,
+                row > 0 ? inside(along, row - stride) : beyond(south, along, last),
+                row < kSide ? inside(along, row + stride) : beyond(north, along, stride), floor);
+        }
+        for (int column = 0; column <= kSide; column += 2 * stride) {
+            find_coarse_key(
+                screen, root, column, along,
+                column > 0 ? inside(column - stride, along) : beyond(west, last, along),
+                column < kSide ? inside(column + stride, along) : beyond(east, stride, along),
+                floor);
         }
     }
 }
@@ -117,8 +117,7 @@ void VertexKeys::trim_coarse_midpoints(OpenChunk& root, int stride, float floor)
 void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
                                   std::span<OpenChunk* const> roots) const {
     for (OpenChunk* root : roots) {
-        screen.fill_axes(*root->chunk, root->axes);
-        root->eye_heights = screen.eye_heights(*root->chunk);
+        place(screen, *root);
         root->planes = screen.planes_across(screen.box_of(*root->chunk));
         root->coarse_keys.assign(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide,
                                  OpenChunk::kAboveFloor);
@@ -130,10 +129,6 @@ void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
         for (int stride = kCoarsest; stride >= 1; stride /= 2) {
             if (!may_be_below(screen, *root, stride, floor)) continue;
             root->open_strides |= static_cast<unsigned>(stride);
-            for_stride(stride, [&](int column, int row) {
-                root->coarse_keys[coarse_index(column, row)] =
-                    own_coarse_key(screen, *root, column, row);
-            });
         }
     }
     const auto is_open = [](const OpenChunk& root, int stride) {
@@ -141,10 +136,10 @@ void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
     };
     for (int stride = kCoarsest; stride >= 1; stride /= 2) {
         for (OpenChunk* root : roots) {
-            if (is_open(*root, stride)) trim_coarse_centres(*root, stride, floor);
+            if (is_open(*root, stride)) find_coarse_centres(screen, *root, stride, floor);
         }
         for (OpenChunk* root : roots) {
-            if (is_open(*root, stride)) trim_coarse_midpoints(*root, stride, floor);
+            if (is_open(*root, stride)) find_coarse_midpoints(screen, *root, stride, floor);
         }
     }
 }
@@ -195,6 +190,12 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     chunk.fade_factor = fade < 1.0f ? 1.0f / (fade * fade) : 1.0f;
 }
 
+// Sets positions relative to the eye.
+void VertexKeys::place(const ScreenError& screen, OpenChunk& chunk) {
+    screen.fill_axes(*chunk.chunk, chunk.axes);
+    chunk.eye_heights = screen.eye_heights(*chunk.chunk);
+}
+
 // Links a chunk to its parent, children and neighbours. Requires all chunks of its level to be open.
 void VertexKeys::link(const ResidentSet& resident, OpenChunk& chunk) {
     const ResidentSet::Links& links = resident.links(static_cast<std::size_t>(chunk.index));
@@ -223,22 +224,19 @@ void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& c
     const float half_width = reach(*chunk.chunk, 1, true).half_width;
     chunk.planes = screen.planes_across(screen.box_of(*chunk.chunk));
     const bool is_in_view = chunk.planes.count == 0;
-    chunk.open_areas = chunk.partly_visible_areas = 0;
-    for (int area = 0; area < kChunkAreas * kChunkAreas; ++area) {
-        const float bound = chunk.chunk->areas[static_cast<std::size_t>(area)].max_vertex_bound;
-        if (!chunk.is_root()) {
-            const ScreenError::WorldBox reach =
-                screen.reach_of_area(*chunk.chunk, area, half_width);
-            if (!(screen.least_key(reach, bound, is_in_view) < floor) &&
-                !(chunk.is_pinned && pins_->opens(*chunk.chunk, area, floor))) {
-                continue;
-            }
-        }
-        const std::uint64_t bit = std::uint64_t{1} << area;
-        chunk.open_areas |= bit;
-        if (is_in_view || screen.is_inside(screen.box_of_area(*chunk.chunk, area))) continue;
-        chunk.partly_visible_areas |= bit;
+    chunk.open_areas = screen.areas_below(*chunk.chunk, half_width, floor, is_in_view);
+    if (chunk.is_pinned) {
+        for_each_bit(~chunk.open_areas, [&](int area) {
+            if (!pins_->opens(*chunk.chunk, area, floor)) return;
+            chunk.open_areas |= std::uint64_t{1} << area;
+        });
     }
+    chunk.partly_visible_areas = 0;
+    if (is_in_view) return;
+    for_each_bit(chunk.open_areas, [&](int area) {
+        if (screen.is_inside(screen.box_of_area(*chunk.chunk, area))) return;
+        chunk.partly_visible_areas |= std::uint64_t{1} << area;
+    });
 }
 
 void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
@@ -272,6 +270,7 @@ float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low
     const float flat = gap_squared(x, half_width) + gap_squared(y, half_width);
     const float key =
         vertex_key(flat, low, high, inverse_square_bound, chunk.eye_heights.near_squared);
+    if (chunk.planes.count == 0) return key;
     return key * outside_factor(x, y, low, high, half_width, chunk.planes);
 }
 
@@ -409,8 +408,7 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         for (OpenChunk* chunk : here) link(resident, *chunk);
         if (level == 0) find_coarse_keys(screen, floor, here);
         team.run(here.size(), [&](std::size_t i, int) {
-            screen.fill_axes(*here[i]->chunk, here[i]->axes);
-            here[i]->eye_heights = screen.eye_heights(*here[i]->chunk);
+            if (level > 0) place(screen, *here[i]);
             open_areas(screen, floor, *here[i]);
             find_centres(floor, *here[i]);
         });
