@@ -8,6 +8,7 @@
 #include "lod/frame_mesh.h"
 #include "lod/solid_pins.h"
 
+#include <terrane/base/result.h>
 #include <terrane/terrain/lattice.h>
 
 #include <algorithm>
@@ -106,6 +107,8 @@ public:
         out_ += 3;
     }
 
+    bool is_full() const { return out_ == end_; }
+
 private:
     std::uint16_t* out_;
     std::uint16_t* end_;
@@ -141,59 +144,30 @@ void emit_area(const OpenChunk& chunk, int area, Writer& writer) {
     const ReplacedTriangles::OfArea* const replaced =
         chunk.replaced != nullptr ? chunk.replaced->find(area) : nullptr;
     const std::uint64_t cut = replaced != nullptr ? replaced->any() : 0;
-    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
-    for (int row = 0; row < kAreaSquares; ++row) {
-        const auto of = [&](std::uint64_t word) {
-            return static_cast<std::size_t>(word >> (kAreaSquares * row) & 0xff);
+    // a byte for each square: which of its sides are split, and which of its quarters divided
+    std::array<std::uint64_t, kAreaSquares> words;
+    for (std::size_t row = 0; row < words.size(); ++row) {
+        words[row] = 0;
+        const auto of_row = [&](std::uint64_t word) {
+            return kSpread[static_cast<std::size_t>(word >> (kAreaSquares * row) & 0xff)];
         };
-        auto centres = static_cast<unsigned>(of(bits.centre));
-        if (centres == 0) continue;
-        std::uint64_t words = 0;
         for (unsigned k = 0; k < 4; ++k) {
-            words |= kSpread[of(bits.split[k])] << k;
-            words |= kSpread[of(bits.divided[k])] << (4 + k);
-        }
-        const auto first = static_cast<std::uint16_t>(sample_index(west + 1, south + 2 * row + 1));
-        for (; centres != 0; centres &= centres - 1) {
-            const int column = std::countr_zero(centres);
-            const auto word = static_cast<unsigned>(words >> (8 * column) & 0xff);
-            const auto centre = static_cast<std::uint16_t>(first + 2 * column);
-            const int square = kAreaSquares * row + column;
-            if ((cut >> square & 1) != 0) {
-                emit_remaining(*replaced, square, word, centre, writer);
-            } else {
-                writer.add(kShapes[word], centre);
-            }
+            words[row] |= of_row(bits.split[k]) << k | of_row(bits.divided[k]) << (4 + k);
         }
     }
-}
-
-// Calls use(word, column, row, stride) for a root's active centres of coarser spacings.
-template <typename Use>
-void for_coarse_squares(const OpenChunk& root, float threshold, const Use& use) {
-    const auto is_active = [&](int column, int row) {
-        return root.coarse_key(column, row) < threshold;
-    };
-    for (int stride = kChunkSquares; stride > 1; stride /= 2) {
-        for (int row = stride; row < kChunkCells; row += 2 * stride) {
-            for (int column = stride; column < kChunkCells; column += 2 * stride) {
-                if (!is_active(column, row)) continue;
-                unsigned word = 0;
-                for (unsigned k = 0; k < 4; ++k) {
-                    const SquareSide& side = kSides[k];
-                    if (is_active(column + side.middle_x * stride, row + side.middle_y * stride)) {
-                        word |= 1u << k;
-                    }
-                    // of stride 2: vertices of the chunk's own spacing
-                    if (root.key_at(column + side.corner_x * stride / 2,
-                                    row + side.corner_y * stride / 2) < threshold) {
-                        word |= 1u << (4 + k);
-                    }
-                }
-                use(word, column, row, stride);
-            }
+    const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
+    const std::size_t first = sample_index(west + 1, south + 1);
+    for_each_bit(bits.centre, [&](int square) {
+        const auto row = static_cast<std::size_t>(square / kAreaSquares);
+        const auto column = static_cast<std::size_t>(square % kAreaSquares);
+        const auto word = static_cast<unsigned>(words[row] >> (8 * column) & 0xff);
+        const auto centre = static_cast<std::uint16_t>(first + 2 * (row * kChunkSamples + column));
+        if ((cut >> square & 1) != 0) {
+            emit_remaining(*replaced, square, word, centre, writer);
+        } else {
+            writer.add(kShapes[word], centre);
         }
-    }
+    });
 }
 
 bool is_undivided(const OpenChunk& root, float threshold) {
@@ -215,39 +189,112 @@ void emit_root(const OpenChunk& root, float threshold, Writer& writer) {
         }
         return;
     }
-    for_coarse_squares(root, threshold, [&](unsigned word, int column, int row, int stride) {
-        const auto centre = static_cast<std::uint16_t>(sample_index(column, row));
-        const Shape& shape = kShapes[word];
+    for (const OpenChunk::CoarseSquare& square : root.coarse_squares) {
+        const Shape& shape = kShapes[square.word];
         for (std::size_t i = 0; i < shape.count; i += 3) {
             const auto corner = [&](std::size_t k) {
-                return static_cast<std::uint16_t>(shape.steps[i + k] * stride + centre);
+                return static_cast<std::uint16_t>(shape.steps[i + k] * square.stride +
+                                                  square.centre);
             };
             writer.add_triangle(corner(0), corner(1), corner(2));
         }
-    });
+    }
+}
+
+// Finds the active centres of coarser spacings of a root.
+void find_coarse_squares(OpenChunk& root, float threshold) {
+    root.coarse_squares.clear();
+    const auto is_active = [&](int column, int row) {
+        return root.coarse_key(column, row) < threshold;
+    };
+    const auto is_centre_active = [&](int column, int row, int stride) {
+        if (stride > 1) return is_active(column, row);
+        const auto [area, kind, square] = AreaVertices::address_of(column, row);
+        return (root.bits[area].centre >> square & 1) != 0;
+    };
+    for (int stride = kChunkSquares; stride > 1; stride /= 2) {
+        for (int row = stride; row < kChunkCells; row += 2 * stride) {
+            for (int column = stride; column < kChunkCells; column += 2 * stride) {
+                if (!is_active(column, row)) continue;
+                unsigned word = 0;
+                for (unsigned k = 0; k < 4; ++k) {
+                    const SquareSide& side = kSides[k];
+                    if (is_active(column + side.middle_x * stride, row + side.middle_y * stride)) {
+                        word |= 1u << k;
+                    }
+                    const int half = stride / 2;
+                    if (is_centre_active(column + side.corner_x * half, row + side.corner_y * half,
+                                         half)) {
+                        word |= 1u << (4 + k);
+                    }
+                }
+                root.coarse_squares.push_back(
+                    {static_cast<std::uint16_t>(sample_index(column, row)),
+                     static_cast<std::uint8_t>(stride), static_cast<std::uint8_t>(word)});
+            }
+        }
+    }
+}
+
+// Numbers of active midpoints on the sides of a chunk.
+struct SideMidpoints {
+    std::size_t west = 0, east = 0, south = 0, north = 0;
+};
+
+SideMidpoints side_midpoints(const OpenChunk& chunk) {
+    constexpr std::uint64_t kFirstColumn = 0x0101010101010101u, kFirstRow = 0xffu;
+    std::uint64_t west = 0, east = 0, south = 0, north = 0;
+    for (int i = 0; i < kChunkAreas; ++i) {
+        const int last = kChunkAreas - 1;
+        const int at_west = kChunkAreas * i, at_north = kChunkAreas * last + i;
+        west |= (chunk.bits_of(at_west).along_y & kFirstColumn) << i;
+        south |= (chunk.bits_of(i).along_x & kFirstRow) << (kAreaSquares * i);
+        east |= east_side_bits(chunk, at_west + last) << i;
+        north |= north_side_bits(chunk, at_north) << (kAreaSquares * i);
+    }
+    const auto count = [](std::uint64_t bits) {
+        return static_cast<std::size_t>(std::popcount(bits));
+    };
+    return {count(west), count(east), count(south), count(north)};
 }
 
 }  // namespace
+
+void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
+    chunk.active_areas = 0;
+    for_each_bit(chunk.open_areas, [&](int area) {
+        // midpoints need an active centre
+        if (chunk.bits_of(area).centre == 0) return;
+        chunk.active_areas |= std::uint64_t{1} << area;
+    });
+    const auto of_side = [&](Side side, const auto& keys) {
+        return chunk.at_world_border[side] ? kernels.mask(keys.data(), threshold)
+                                           : std::uint64_t{0};
+    };
+    chunk.east_bits = of_side(east, chunk.east_keys);
+    chunk.north_bits = of_side(north, chunk.north_keys);
+    if (chunk.is_root()) find_coarse_squares(chunk, threshold);
+}
 
 std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
     std::size_t count = 0;
     if (chunk.is_root()) {
         if (is_undivided(chunk, threshold)) count += 2;
-        for_coarse_squares(chunk, threshold,
-                           [&](unsigned word, int, int, int) { count += kShapes[word].count / 3; });
-    }
-    for_each_bit(chunk.active_areas, [&](int area) {
-        const AreaBits bits = area_bits(chunk, area);
-        const auto number = [&](std::uint64_t word) {
-            return static_cast<std::size_t>(std::popcount(word & bits.centre));
-        };
-        count += 4 * number(bits.centre);
-        for (std::size_t k = 0; k < 4; ++k) {
-            count += number(bits.split[k]);
-            // a divided quarter removes a triangle at each of its two sides
-            count -= 2 * number(bits.divided[k]);
+        for (const OpenChunk::CoarseSquare& square : chunk.coarse_squares) {
+            count += kShapes[square.word].count / 3;
         }
-    });
+    }
+    // A square has four triangles, and another for each active midpoint on its sides. A midpoint is on the sides of two
+    // squares, one of which belongs to the neighbour if the midpoint is on a side of the chunk. The keys of midpoints
+    // on the western and southern side belong to this chunk.
+    const SideMidpoints sides = side_midpoints(chunk);
+    count += 4 * chunk.centre_count + 2 * chunk.midpoint_count;
+    count += sides.east + sides.north;
+    count -= sides.west + sides.south;
+    // a centre of a child divides a quarter of a square, which removes a triangle at each of its two sides
+    for (const OpenChunk* const child : chunk.child) {
+        if (child != nullptr) count -= 2 * child->centre_count;
+    }
     return chunk.replaced != nullptr ? count - chunk.replaced->count : count;
 }
 
@@ -255,6 +302,7 @@ void emit_triangles(const OpenChunk& chunk, float threshold, std::uint16_t* indi
     Writer writer(indices_out, 3 * chunk.triangle_count);
     if (chunk.is_root()) emit_root(chunk, threshold, writer);
     for_each_bit(chunk.active_areas, [&](int area) { emit_area(chunk, area, writer); });
+    TERRANE_ASSERT(writer.is_full(), "the triangles must be those that were counted");
 }
 
 }  // namespace terrane::internal

@@ -16,7 +16,7 @@
 
 namespace terrane::internal {
 
-/// Sets the bits of a chunk's active vertices, whose keys are below the threshold.
+/// Completes a chunk's bits of active vertices: areas with active centres, and midpoints on the world's border.
 void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold);
 
 /// Bits of the active midpoints on an area's eastern side (in the first column of the word) or northern side (in the

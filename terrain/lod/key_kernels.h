@@ -3,6 +3,7 @@
 
 #include "base/simd_level.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -105,20 +106,35 @@ inline Number reciprocal(Number value) {
     return inverse;
 }
 
-/// Factor on keys outside the view, 1 in the view: the inverse square of a weight that decreases with the reach's
-/// distance from the view, relative to its distance from the eye.
-template <typename Number>
-inline Number outside_factor(Number x, float y, Number low, Number high, float half_width,
-                             const KeyPlanes& planes) {
-    const Number far = absolute(x) + absolute(y) + max_of(absolute(low), absolute(high));
+/// Horizontal and vertical distances from the eye to a reach added up, metres: not below the distance.
+/// @param y like x, or one number for all vertices
+template <typename Number, typename Y>
+inline Number distance_sum(Number x, Y y, Number low, Number high) {
+    return absolute(x) + absolute(y) + max_of(absolute(low), absolute(high));
+}
+
+/// Distance, metres, of a reach from the view; 0 if it meets the view.
+/// @param far distance_sum()
+template <typename Number, typename Y>
+inline Number distance_outside(Number x, Y y, Number low, Number high, Number far, float half_width,
+                               const KeyPlanes& planes) {
     Number outside{};
     for (int i = 0; i < planes.count; ++i) {
         const float nx = planes.x[i], ny = planes.y[i], nz = planes.z[i];
-        const float from_y = ny * y + (absolute(nx) + absolute(ny)) * half_width;
+        const Y from_y = ny * y + (absolute(nx) + absolute(ny)) * half_width;
         // moved inward by the rounding error
         const Number inside = nx * x + from_y + (nz > 0.0f ? nz * high : nz * low) + far * 0x1p-18f;
         outside = max_of(-inside, outside);
     }
+    return outside;
+}
+
+/// Factor on keys outside the view, 1 in the view: the inverse square of a weight that decreases with the reach's
+/// distance from the view, relative to its distance from the eye.
+/// @param outside distance_outside()
+template <typename Number>
+inline Number outside_factor(Number outside, Number far, float half_width,
+                             const KeyPlanes& planes) {
     const Number reach = far + (2.0f * half_width + planes.near_distance);
     const Number weighted = max_of(reach - kWeightSlope * outside, kLeastWeight * reach);
     const Number inverse = reach * reciprocal(weighted);
@@ -173,11 +189,54 @@ struct ParentSides {
     int row = 0;
 };
 
-/// Collects the keys in [low, high).
+/// What own keys of an area's vertices of one kind depend on: keys before they are raised to the parents' keys.
+struct OwnKeys {
+    VertexGroup group;
+    EyeHeights eye;
+    const KeyPlanes* planes = nullptr;  ///< null: the whole area is in view
+    const float* limits = nullptr;      ///< [64] upper limits of the keys; null: none
+    float fade = 1.0f;                  ///< factor on the keys
+    float first_fade = 1.0f;            ///< the same for the first row or column of midpoints
+};
+
+/// Eight vertices anywhere in a chunk.
+struct VertexBatch {
+    static constexpr std::size_t kSize = 8;
+    using Values = std::array<float, kSize>;
+    Values inverse_square_bounds;
+    Values x, y;              ///< relative to the eye, metres
+    Values low, high;         ///< of the reaches, above the eye, metres
+    float half_width = 0.0f;  ///< of the reaches, metres
+};
+
+/// A key near the threshold.
+struct Candidate {
+    float key = 0.0f;
+    std::uint32_t chunk = 0;      ///< in the order of the open chunks
+    std::uint16_t vertex = 0;     ///< see AreaPlace::first
+    std::uint16_t triangles = 0;  ///< 2, or 1 on the world's border
+};
+
+/// Counts the triangles of the keys below `low`, and collects the keys in [low, high).
 struct KeyWindow {
     float low = 0.0f, high = 0.0f;
-    float* keys = nullptr;  ///< has capacity for every key that is counted
+    Candidate* candidates = nullptr;  ///< has capacity for every key that is counted
     std::uint32_t count = 0;
+    std::size_t below = 0;  ///< triangles of the keys below `low`
+};
+
+/// The vertices of one kind in an area, as candidates.
+struct AreaPlace {
+    std::uint32_t chunk = 0;
+    std::uint16_t first = 0;   ///< candidate of square i: first + i
+    std::uint64_t border = 0;  ///< bit i: square i's vertex is on the world's border
+};
+
+/// Keys of an area's vertices of one kind.
+struct FoundKeys {
+    std::uint64_t below = 0;        ///< bit i: key i is below the window
+    std::uint32_t below_count = 0;  ///< number of these bits
+    bool is_held = false;           ///< a key below the floor was raised by more than kNestMargin
 };
 
 /// Inputs and output for the offsets of an area's vertices.
@@ -190,30 +249,39 @@ struct AreaMorph {
     const float* coarse = nullptr;  ///< [9 rows of 9] offsets of the area's even samples
     std::size_t coarse_stride = 0;  ///< between rows of `coarse`
     float* offsets = nullptr;  ///< [rows of kChunkSamples] from the area's south-western sample
+    unsigned rows = 0xff;      ///< bit i: row i of squares has an active centre
     MorphShare share;
 };
 
 /// Loops over the vertices of an area, compiled once per vector width; their results are bit-identical.
+///
+/// Keys are raised to the larger key of the two parents. Own keys are computed for rows with a parent below the floor
+/// only: other vertices are inactive, and no triangle is drawn that they would split.
 struct KeyKernels {
-    /// Keys from bounds and distances, before they are raised to the parents' keys.
-    void (*own)(const VertexGroup& group, const EyeHeights& eye, float* keys_out);
-    /// Raises the keys of vertices outside the view.
-    void (*weigh)(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes,
-                  float* keys);
-    /// Raises the keys of centres to the keys of their parents: the midpoints of the two sides of the coarser square
-    /// that bound the centre's quarter.
-    /// @return whether any key below `floor` was raised by more than kNestMargin
-    bool (*trim_centres)(const ParentSides& parents, float floor, float* keys);
-    /// Raises the keys of midpoints to the keys of the two adjacent centres.
+    /// Own keys without limits and fades.
+    void (*own)(const OwnKeys& own, float* keys_out);
+    /// The same for vertices that do not share rows.
+    void (*own_batch)(const VertexBatch& batch, const KeyPlanes& planes, float near_squared,
+                      float* keys_out);
+    /// Keys of centres. Their parents are the midpoints of the two sides of the coarser square that bound the centre's
+    /// quarter.
+    FoundKeys (*find_centres)(const OwnKeys& own, const ParentSides& parents, float floor,
+                              const AreaPlace& place, KeyWindow& window, float* keys_out);
+    /// Keys of midpoints. Their parents are the two adjacent centres.
     /// @param south [8] the last row of centres in the area to the south
-    bool (*trim_along_x)(const float* centres, const float* south, float floor, float* keys);
-    /// As trim_along_x(), for midpoints along y. @param west [64] the centres of the area to the west
-    bool (*trim_along_y)(const float* centres, const float* west, float floor, float* keys);
-    /// Returns the number of keys below a window, and appends the keys inside the window to `keys`.
-    std::uint32_t (*count)(const float* keys, int count, KeyWindow& window);
+    FoundKeys (*find_along_x)(const OwnKeys& own, const float* centres, const float* south,
+                              float floor, const AreaPlace& place, KeyWindow& window,
+                              float* keys_out);
+    /// As find_along_x(), for midpoints along y. @param west [64] the centres of the area to the west
+    FoundKeys (*find_along_y)(const OwnKeys& own, const float* centres, const float* west,
+                              float floor, const AreaPlace& place, KeyWindow& window,
+                              float* keys_out);
+    /// Counts and collects 64 keys again, in another window.
+    FoundKeys (*count)(const float* keys, const AreaPlace& place, KeyWindow& window);
     /// Bit i: whether key i of 64 is below a threshold.
     std::uint64_t (*mask)(const float* keys, float threshold);
-    /// Offsets of an area's samples, including the even samples on its eastern and northern side.
+    /// Offsets of the samples of an area's rows with active centres, including the even samples on its eastern and
+    /// northern side.
     void (*morph)(const AreaMorph& area);
 };
 

@@ -8,7 +8,6 @@
 #include "lod/key_kernels.h"
 
 #include <cstring>
-#include <limits>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -40,33 +39,132 @@ Row load_upper_halves(const std::uint16_t* from) {
     return load<Row>(&bits);
 }
 
-void own(const VertexGroup& group, const EyeHeights& eye, float* keys_out) {
-    const Row x_squared = gap_squared(load<Row>(group.x), group.half_width);
-    for (int row = 0; row < kSide; ++row) {
-        const float y_squared = gap_squared(group.y[row], group.half_width);
-        const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
-        const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
-        const Row inverse = load_upper_halves(group.inverse_square_bounds + kSide * row);
-        store(keys_out + kSide * row,
-              vertex_key(x_squared + y_squared, low, high, inverse, eye.near_squared));
-    }
+// Bit i: whether lane i of a comparison is true.
+unsigned row_bits(IntRow lanes) {
+#if defined(__AVX2__)
+    return static_cast<unsigned>(_mm256_movemask_ps(load<__m256>(&lanes)));
+#elif defined(__SSE2__)
+    const auto* const halves = reinterpret_cast<const float*>(&lanes);
+    return static_cast<unsigned>(_mm_movemask_ps(load<__m128>(halves)) |
+                                 _mm_movemask_ps(load<__m128>(halves + 4)) << 4);
+#else
+    unsigned bits = 0;
+    for (int i = 0; i < kSide; ++i) bits |= static_cast<unsigned>(lanes[i] & 1) << i;
+    return bits;
+#endif
 }
 
-void weigh(const VertexGroup& group, const EyeHeights& eye, const KeyPlanes& planes, float* keys) {
-    const Row x = load<Row>(group.x);
-    for (int row = 0; row < kSide; ++row) {
-        const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), eye);
-        const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), eye);
-        store(keys + kSide * row,
-              load<Row>(keys + kSide * row) *
-                  outside_factor(x, group.y[row], low, high, group.half_width, planes));
-    }
+std::uint64_t to_row(unsigned bits, int row) {
+    return static_cast<std::uint64_t>(bits) << (kSide * row);
 }
+
+std::size_t bit_count(std::uint64_t word) {
+    return static_cast<std::size_t>(__builtin_popcountll(word));
+}
+
+// Computes own keys by rows.
+class OwnRows {
+public:
+    explicit OwnRows(const OwnKeys& own)
+        : own_(own),
+          x_(load<Row>(own.group.x)),
+          x_squared_(gap_squared(x_, own.group.half_width)) {}
+
+    Row key(int row) const {
+        const VertexGroup& group = own_.group;
+        const float y = group.y[row];
+        const Row low = over_eye<Row>(load<ShortRow>(group.low + kSide * row), own_.eye);
+        const Row high = over_eye<Row>(load<ShortRow>(group.high + kSide * row), own_.eye);
+        const Row inverse = load_upper_halves(group.inverse_square_bounds + kSide * row);
+        Row key = vertex_key(x_squared_ + gap_squared(y, group.half_width), low, high, inverse,
+                             own_.eye.near_squared);
+        if (own_.planes == nullptr) return key;
+        const Row far = distance_sum(x_, y, low, high);
+        const Row outside = distance_outside(x_, y, low, high, far, group.half_width, *own_.planes);
+        if (row_bits(outside > Row{}) == 0) return key;
+        return key * outside_factor(outside, far, group.half_width, *own_.planes);
+    }
+    Row limited_key(int row) const {
+        const Row key = this->key(row);
+        if (own_.limits == nullptr) return key;
+        const Row limit = load<Row>(own_.limits + kSide * row);
+        return limit < key ? limit : key;
+    }
+
+private:
+    const OwnKeys& own_;
+    Row x_, x_squared_;
+};
+
+void own(const OwnKeys& own, float* keys_out) {
+    const OwnRows rows(own);
+    for (int row = 0; row < kSide; ++row) store(keys_out + kSide * row, rows.key(row));
+}
+
+void own_batch(const VertexBatch& batch, const KeyPlanes& planes, float near_squared,
+               float* keys_out) {
+    const Row x = load<Row>(&batch.x), y = load<Row>(&batch.y);
+    const Row low = load<Row>(&batch.low), high = load<Row>(&batch.high);
+    const Row flat = gap_squared(x, batch.half_width) + gap_squared(y, batch.half_width);
+    const Row key =
+        vertex_key(flat, low, high, load<Row>(&batch.inverse_square_bounds), near_squared);
+    const Row far = distance_sum(x, y, low, high);
+    const Row outside = distance_outside(x, y, low, high, far, batch.half_width, planes);
+    store(keys_out, key * outside_factor(outside, far, batch.half_width, planes));
+}
+
+// Collects the keys of an area's rows.
+class KeyRows {
+public:
+    KeyRows(const OwnKeys& own, float floor, const KeyWindow& window, float* keys)
+        : own_(own),
+          floor_(floor),
+          held_limit_(floor / kNestMargin),
+          low_(window.low),
+          high_(window.high),
+          keys_(keys) {}
+
+    // Sets a row's keys from its parents' keys.
+    void add(int row, Row parent, Row other_parent, Row fade) {
+        Row key = max_of(parent, other_parent);
+        if (row_bits((parent < floor_) | (other_parent < floor_)) != 0) {
+            const Row own = own_.limited_key(row) * fade;
+            held_ |= (own < held_limit_) & (own * kNestMargin < key);
+            key = max_of(own, key);
+            below_ |= to_row(row_bits(key < low_), row);
+            below_high_ |= to_row(row_bits(key < high_), row);
+        }
+        store(keys_ + kSide * row, key);
+    }
+    FoundKeys finish(const AreaPlace& place, KeyWindow& window) const {
+        return {below_, collect(keys_, below_, below_high_, place, window), row_bits(held_) != 0};
+    }
+
+    // Returns the number of keys below the window.
+    static std::uint32_t collect(const float* keys, std::uint64_t below, std::uint64_t below_high,
+                                 const AreaPlace& place, KeyWindow& window) {
+        const std::size_t below_count = bit_count(below);
+        window.below += 2 * below_count - bit_count(below & place.border);
+        for (std::uint64_t inside = below_high & ~below; inside != 0; inside &= inside - 1) {
+            const int i = __builtin_ctzll(inside);
+            const bool is_border = (place.border >> i & 1) != 0;
+            window.candidates[window.count++] = {keys[i], place.chunk,
+                                                 static_cast<std::uint16_t>(place.first + i),
+                                                 static_cast<std::uint16_t>(is_border ? 1 : 2)};
+        }
+        return static_cast<std::uint32_t>(below_count);
+    }
+
+private:
+    OwnRows own_;
+    float floor_, held_limit_, low_, high_;
+    float* keys_;
+    std::uint64_t below_ = 0, below_high_ = 0;
+    IntRow held_{};
+};
 
 template <bool kEast>
-bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
-    const Row limit = broadcast<Row>(floor / kNestMargin);
-    IntRow held{};
+void add_quarter(const ParentSides& parents, Row fade, KeyRows& keys) {
     for (int b = 0; b < kSide / 2; ++b) {
         const Row sides = load<Row>(parents.along_y + kSide * (parents.row + b));
         const Row beyond = load<Row>(parents.east + kSide * (parents.row + b));
@@ -79,139 +177,60 @@ bool trim_quarter(const ParentSides& parents, float floor, float* keys) {
             const Row from_y =
                 kEast ? __builtin_shufflevector(along_x, along_x, 4, 4, 5, 5, 6, 6, 7, 7)
                       : __builtin_shufflevector(along_x, along_x, 0, 0, 1, 1, 2, 2, 3, 3);
-            float* const row = keys + kSide * (2 * b + half);
-            const Row most = max_of(from_x, from_y), key = load<Row>(row);
-            held |= (key < limit) & (key * kNestMargin < most);
-            store(row, max_of(key, most));
+            keys.add(2 * b + half, from_x, from_y, fade);
         }
     }
-    std::int32_t any = 0;
-    for (int i = 0; i < kSide; ++i) any |= held[i];
-    return any != 0;
 }
 
-bool trim_centres(const ParentSides& parents, float floor, float* keys) {
-    return parents.column == 0 ? trim_quarter<false>(parents, floor, keys)
-                               : trim_quarter<true>(parents, floor, keys);
-}
-
-// Raises keys[i] to the larger key of its two parents. Returns whether a key below the floor was raised by more than
-// kNestMargin.
-inline int trim(float* __restrict keys, int count, const float* __restrict a,
-                const float* __restrict b, float floor) {
-    const float limit = floor / kNestMargin;
-    int held = 0;
-    for (int i = 0; i < count; ++i) {
-        const float parents = max_of(a[i], b[i]);
-        held |=
-            static_cast<int>(keys[i] < limit) & static_cast<int>(keys[i] * kNestMargin < parents);
-        keys[i] = max_of(keys[i], parents);
+FoundKeys find_centres(const OwnKeys& own, const ParentSides& parents, float floor,
+                       const AreaPlace& place, KeyWindow& window, float* keys_out) {
+    KeyRows keys(own, floor, window, keys_out);
+    const Row fade = broadcast<Row>(own.fade);
+    if (parents.column == 0) {
+        add_quarter<false>(parents, fade, keys);
+    } else {
+        add_quarter<true>(parents, fade, keys);
     }
-    return held;
+    return keys.finish(place, window);
 }
 
-bool trim_along_x(const float* centres, const float* south, float floor, float* keys) {
-    int held = trim(keys, kSide, centres, south, floor);
-    held |= trim(keys + kSide, kAll - kSide, centres + kSide, centres, floor);
-    return held != 0;
-}
-
-bool trim_along_y(const float* centres, const float* west, float floor, float* keys) {
-    // the first column is separate, because its western parents are in the adjacent area
-    float first[kSide];
+FoundKeys find_along_x(const OwnKeys& own, const float* centres, const float* south, float floor,
+                       const AreaPlace& place, KeyWindow& window, float* keys_out) {
+    KeyRows keys(own, floor, window, keys_out);
+    Row to_south = load<Row>(south);
     for (int row = 0; row < kSide; ++row) {
-        first[row] = keys[kSide * row];
-        keys[kSide * row] = std::numeric_limits<float>::infinity();
+        const Row to_north = load<Row>(centres + kSide * row);
+        keys.add(row, to_north, to_south, broadcast<Row>(row == 0 ? own.first_fade : own.fade));
+        to_south = to_north;
     }
-    int held = trim(keys + 1, kAll - 1, centres + 1, centres, floor);
+    return keys.finish(place, window);
+}
+
+FoundKeys find_along_y(const OwnKeys& own, const float* centres, const float* west, float floor,
+                       const AreaPlace& place, KeyWindow& window, float* keys_out) {
+    KeyRows keys(own, floor, window, keys_out);
+    Row fade = broadcast<Row>(own.fade);
+    fade[0] = own.first_fade;
     for (int row = 0; row < kSide; ++row) {
-        held |= trim(first + row, 1, centres + kSide * row, west + kSide * row + kSide - 1, floor);
-        keys[kSide * row] = first[row];
+        const Row to_east = load<Row>(centres + kSide * row);
+        const Row beyond = load<Row>(west + kSide * row);
+        const Row to_west = __builtin_shufflevector(beyond, to_east, 7, 8, 9, 10, 11, 12, 13, 14);
+        keys.add(row, to_east, to_west, fade);
     }
-    return held != 0;
-}
-
-void take(float key, KeyWindow& window, std::uint32_t& below) {
-    if (key < window.low) {
-        ++below;
-    } else if (key < window.high) {
-        window.keys[window.count++] = key;
-    }
-}
-
-std::uint32_t count(const float* keys, int count, KeyWindow& window) {
-    std::uint32_t below = 0;
-    int i = 0;
-#if defined(__AVX512F__)
-    const __m512 low = _mm512_set1_ps(window.low), high = _mm512_set1_ps(window.high);
-    for (; i + 16 <= count; i += 16) {
-        const __m512 key = _mm512_loadu_ps(keys + i);
-        const __mmask16 is_below = _mm512_cmp_ps_mask(key, low, _CMP_LT_OQ);
-        const __mmask16 is_inside =
-            _mm512_mask_cmp_ps_mask(static_cast<__mmask16>(~is_below), key, high, _CMP_LT_OQ);
-        below += static_cast<std::uint32_t>(__builtin_popcount(is_below));
-        if (is_inside != 0) {
-            _mm512_mask_compressstoreu_ps(window.keys + window.count, is_inside, key);
-            window.count += static_cast<std::uint32_t>(__builtin_popcount(is_inside));
-        }
-    }
-#elif defined(__AVX2__)
-    const __m256 low = _mm256_set1_ps(window.low), high = _mm256_set1_ps(window.high);
-    for (; i + 8 <= count; i += 8) {
-        const __m256 key = _mm256_loadu_ps(keys + i);
-        const auto is_below =
-            static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(key, low, _CMP_LT_OQ)));
-        auto is_inside =
-            static_cast<unsigned>(_mm256_movemask_ps(_mm256_cmp_ps(key, high, _CMP_LT_OQ))) &
-            ~is_below;
-        below += static_cast<std::uint32_t>(__builtin_popcount(is_below));
-        for (; is_inside != 0; is_inside &= is_inside - 1) {
-            window.keys[window.count++] = keys[i + __builtin_ctz(is_inside)];
-        }
-    }
-#elif defined(__SSE2__)
-    const __m128 low = _mm_set1_ps(window.low), high = _mm_set1_ps(window.high);
-    for (; i + 4 <= count; i += 4) {
-        const __m128 key = _mm_loadu_ps(keys + i);
-        const auto is_below = static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(key, low)));
-        auto is_inside =
-            static_cast<unsigned>(_mm_movemask_ps(_mm_cmplt_ps(key, high))) & ~is_below;
-        below += static_cast<std::uint32_t>(__builtin_popcount(is_below));
-        for (; is_inside != 0; is_inside &= is_inside - 1) {
-            window.keys[window.count++] = keys[i + __builtin_ctz(is_inside)];
-        }
-    }
-#endif
-    for (; i < count; ++i) take(keys[i], window, below);
-    return below;
+    return keys.finish(place, window);
 }
 
 std::uint64_t mask(const float* keys, float threshold) {
     std::uint64_t bits = 0;
-#if defined(__AVX512F__)
-    const __m512 limit = _mm512_set1_ps(threshold);
-    for (int i = 0; i < kAll / 16; ++i) {
-        const __mmask16 part =
-            _mm512_cmp_ps_mask(_mm512_loadu_ps(keys + 16 * i), limit, _CMP_LT_OQ);
-        bits |= static_cast<std::uint64_t>(part) << (16 * i);
+    for (int row = 0; row < kSide; ++row) {
+        bits |= to_row(row_bits(load<Row>(keys + kSide * row) < threshold), row);
     }
-#elif defined(__AVX2__)
-    const __m256 limit = _mm256_set1_ps(threshold);
-    for (int i = 0; i < kAll / 8; ++i) {
-        const __m256 part = _mm256_cmp_ps(_mm256_loadu_ps(keys + 8 * i), limit, _CMP_LT_OQ);
-        bits |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm256_movemask_ps(part)))
-                << (8 * i);
-    }
-#elif defined(__SSE2__)
-    const __m128 limit = _mm_set1_ps(threshold);
-    for (int i = 0; i < kAll / 4; ++i) {
-        const __m128 part = _mm_cmplt_ps(_mm_loadu_ps(keys + 4 * i), limit);
-        bits |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm_movemask_ps(part))) << (4 * i);
-    }
-#else
-    for (int i = 0; i < kAll; ++i) bits |= static_cast<std::uint64_t>(keys[i] < threshold) << i;
-#endif
     return bits;
+}
+
+FoundKeys count(const float* keys, const AreaPlace& place, KeyWindow& window) {
+    const std::uint64_t below = mask(keys, window.low);
+    return {below, KeyRows::collect(keys, below, mask(keys, window.high), place, window), false};
 }
 
 void store_row(float* to, Row even, Row odd) {
@@ -228,26 +247,30 @@ Row less_one(const float* keys, const AreaMorph& area) {
 
 void morph_area(const AreaMorph& area) {
     const auto in_row = [](int row) { return kRow * static_cast<std::size_t>(row); };
+    const unsigned even_rows = area.rows | area.rows << 1;
     for (int row = 0; row < kSide; ++row) {
+        if ((even_rows >> row & 1) == 0) continue;
         const float* coarse = area.coarse + static_cast<std::size_t>(row) * area.coarse_stride;
         const Row low = load<Row>(coarse), low_next = load<Row>(coarse + 1);
-        const Row high = load<Row>(coarse + area.coarse_stride);
-        const Row high_next = load<Row>(coarse + area.coarse_stride + 1);
         const std::int16_t* rise = area.rise + kSide * row;
-        const Row centre = rise_of(rise, area), along_x = rise_of(rise + kAll, area);
-        const Row along_y = rise_of(rise + 2 * kAll, area);
         float* const even = area.offsets + in_row(2 * row);
         store_row(even, low,
-                  morph_offset(less_one(area.along_x + kSide * row, area), along_x, low, low_next));
+                  morph_offset(less_one(area.along_x + kSide * row, area),
+                               rise_of(rise + kAll, area), low, low_next));
         even[2 * kSide] = coarse[kSide];
+        if ((area.rows >> row & 1) == 0) continue;
+        const Row high = load<Row>(coarse + area.coarse_stride);
+        const Row high_next = load<Row>(coarse + area.coarse_stride + 1);
         // an even square is cut from its south-western to its north-eastern corner
         const IntRow first_rises{-1, 0, -1, 0, -1, 0, -1, 0};
         const IntRow rises = row % 2 == 0 ? first_rises : ~first_rises;
         store_row(even + kRow,
-                  morph_offset(less_one(area.along_y + kSide * row, area), along_y, low, high),
-                  morph_offset(less_one(area.centre + kSide * row, area), centre,
+                  morph_offset(less_one(area.along_y + kSide * row, area),
+                               rise_of(rise + 2 * kAll, area), low, high),
+                  morph_offset(less_one(area.centre + kSide * row, area), rise_of(rise, area),
                                rises ? low : low_next, rises ? high_next : high));
     }
+    if ((even_rows >> kSide & 1) == 0) return;
     const float* last = area.coarse + kSide * area.coarse_stride;
     float* const to = area.offsets + in_row(2 * kSide);
     for (int i = 0; i <= kSide; ++i) to[2 * i] = last[i];
@@ -256,7 +279,7 @@ void morph_area(const AreaMorph& area) {
 }  // namespace
 
 extern const KeyKernels TERRANE_KERNELS;
-const KeyKernels TERRANE_KERNELS = {&own,          &weigh, &trim_centres, &trim_along_x,
-                                    &trim_along_y, &count, &mask,         &morph_area};
+const KeyKernels TERRANE_KERNELS = {&own,          &own_batch, &find_centres, &find_along_x,
+                                    &find_along_y, &count,     &mask,         &morph_area};
 
 }  // namespace terrane::internal

@@ -49,26 +49,6 @@ void find_divided(const OpenChunk& chunk, int area, AreaBits& bits) {
 
 }  // namespace
 
-void mark_active(OpenChunk& chunk, const KeyKernels& kernels, float threshold) {
-    chunk.bits.fill({});
-    chunk.active_areas = 0;
-    for_each_bit(chunk.open_areas, [&](int area) {
-        const OpenChunk::Keys& keys = chunk.keys_of(area);
-        OpenChunk::Bits& bits = chunk.bits[static_cast<std::size_t>(area)];
-        bits.centre = kernels.mask(keys[AreaVertices::centre].data(), threshold);
-        if (bits.centre == 0) return;  // midpoints need an active centre
-        bits.along_x = kernels.mask(keys[AreaVertices::along_x].data(), threshold);
-        bits.along_y = kernels.mask(keys[AreaVertices::along_y].data(), threshold);
-        chunk.active_areas |= std::uint64_t{1} << area;
-    });
-    const auto of_side = [&](Side side, const auto& keys) {
-        return chunk.at_world_border[side] ? kernels.mask(keys.data(), threshold)
-                                           : std::uint64_t{0};
-    };
-    chunk.east_bits = of_side(east, chunk.east_keys);
-    chunk.north_bits = of_side(north, chunk.north_keys);
-}
-
 std::uint64_t east_side_bits(const OpenChunk& chunk, int area) {
     if (is_world_border(chunk, area, east)) {
         return to_column(chunk.east_bits >> (area / kChunkAreas * kAreaSquares) & kFirstRow);
@@ -216,11 +196,32 @@ void Morph::morph_sides(OpenChunk& chunk, float quantum) const {
     });
 }
 
+namespace {
+
+// Bit i: whether row i of an area's squares has an active centre.
+unsigned active_rows(const OpenChunk& chunk, int area) {
+    std::uint64_t any = chunk.bits_of(area).centre;
+    any |= any >> 4;
+    any |= any >> 2;
+    any |= any >> 1;
+    // gathers the lowest bits of the bytes
+    return static_cast<unsigned>((any & kFirstColumn) * 0x0102040810204080u >> 56);
+}
+
+}  // namespace
+
 void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float threshold,
                             float quantum) const {
     if (chunk.is_root()) morph_coarse(chunk, threshold, quantum);
     AreaMorph part;
     part.share = share_of_;
+    const auto coarse_of = [&](int area) {
+        const ChunkKey& key = chunk.chunk->key;
+        const int shift_x = (key.x & 1) != 0 ? kChunkSquares : 0;
+        const int shift_y = (key.y & 1) != 0 ? kChunkSquares : 0;
+        return &chunk.parent->offsets[sample_index(shift_x + area % kChunkAreas * kAreaSquares,
+                                                   shift_y + area / kChunkAreas * kAreaSquares)];
+    };
     const auto morph_area = [&](int area) {
         const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
         const OpenChunk::Keys& keys = chunk.keys_of(area);
@@ -231,6 +232,7 @@ void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float t
         part.rise = vertices.rise[0].data();
         part.rise_unit = vertices.rise_unit;
         part.offsets = &chunk.offsets[sample_index(west, south)];
+        part.rows = active_rows(chunk, area);
         // even samples have the parent's offsets; a root computes its own
         constexpr std::size_t kSide = kAreaSquares + 1;
         std::array<float, kSide * kSide> own;
@@ -241,20 +243,21 @@ void Morph::compute_offsets(OpenChunk& chunk, const KeyKernels& kernels, float t
             part.coarse = own.data();
             part.coarse_stride = kSide;
         } else {
-            const ChunkKey& key = chunk.chunk->key;
-            const int shift_x = (key.x & 1) != 0 ? kChunkSquares : 0;
-            const int shift_y = (key.y & 1) != 0 ? kChunkSquares : 0;
-            part.coarse =
-                &chunk.parent->offsets[sample_index(shift_x + west / 2, shift_y + south / 2)];
+            part.coarse = coarse_of(area);
             part.coarse_stride = kChunkSamples;
         }
         kernels.morph(part);
     };
     for_each_area(chunk.active_areas, morph_area, [&](int area) {
         const int west = area % kChunkAreas * kAreaCells, south = area / kChunkAreas * kAreaCells;
-        for (int row = south; row < south + kAreaCells; ++row) {
-            constexpr std::size_t kBytes = (kAreaCells + 1) * sizeof(float);
-            fetch(&chunk.offsets[sample_index(west, row)], kBytes);
+        constexpr std::size_t kBytes = (kAreaCells + 1) * sizeof(float);
+        const unsigned rows = active_rows(chunk, area);
+        const float* const coarse = chunk.is_root() ? nullptr : coarse_of(area);
+        for (int row = 0; row < kAreaSquares; ++row) {
+            if ((rows >> row & 1) == 0) continue;
+            fetch(&chunk.offsets[sample_index(west, south + 2 * row)], kBytes);
+            fetch(&chunk.offsets[sample_index(west, south + 2 * row + 1)], kBytes);
+            if (coarse != nullptr) __builtin_prefetch(coarse + row * kChunkSamples);
         }
         fetch(&chunk.keys_of(area), sizeof(OpenChunk::Keys));
         const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];

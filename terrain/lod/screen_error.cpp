@@ -275,13 +275,24 @@ EyeHeights ScreenError::eye_heights(const Chunk& chunk) const {
 }
 
 void ScreenError::fill_axes(const Chunk& chunk, ChunkAxes& axes_out) const {
-    for (int i = 0; i < kChunkSamples; ++i) {
-        const auto k = static_cast<std::size_t>(i / 2);
-        const float x = clamped(lattice_.x(chunk.corner.x + i * chunk.step) - eye_.x());
-        const float y = clamped(lattice_.y(chunk.corner.y + i * chunk.step) - eye_.y());
-        (i % 2 == 0 ? axes_out.x.even[k] : axes_out.x.odd[k]) = x;
-        (i % 2 == 0 ? axes_out.y.even[k] : axes_out.y.odd[k]) = y;
-    }
+    const auto fill = [&](double origin, double eye, std::int64_t corner, ChunkAxes::Axis& axis) {
+        // as Lattice::x() and y()
+        const auto from_eye = [&](std::int64_t index) {
+            return clamped(origin + lattice_.spacing * static_cast<double>(index) - eye);
+        };
+        const std::int64_t two_steps = 2 * chunk.step;
+        std::int64_t even = corner, odd = corner + chunk.step;
+        for (float& position : axis.even) {
+            position = from_eye(even);
+            even += two_steps;
+        }
+        for (float& position : axis.odd) {
+            position = from_eye(odd);
+            odd += two_steps;
+        }
+    };
+    fill(lattice_.origin_x, eye_.x(), chunk.corner.x, axes_out.x);
+    fill(lattice_.origin_y, eye_.y(), chunk.corner.y, axes_out.y);
 }
 
 ScreenError::WorldBox ScreenError::box_of(const Chunk& chunk) const {
@@ -340,23 +351,33 @@ std::uint64_t ScreenError::areas_below(const Chunk& chunk, float half_width, flo
     return areas;
 }
 
-float ScreenError::least_key(const WorldBox& reach, float largest_bound, bool is_in_view) const {
+bool ScreenError::may_be_below(const WorldBox& reach, float largest_bound, float floor) const {
+    // the key in view; outside the view keys are larger
+    const auto bound = static_cast<double>(largest_bound);
+    return kKeyMargin * std::max(distance_squared(reach), near_ * near_) <
+               static_cast<double>(floor) * bound * bound &&
+           least_key(reach, largest_bound) < floor;
+}
+
+double ScreenError::distance_squared(const WorldBox& box) const {
+    return (box.low - eye_)
+        .cwiseMax(eye_ - box.high)
+        .cwiseMax(Eigen::Vector3d::Zero())
+        .squaredNorm();
+}
+
+float ScreenError::least_key(const WorldBox& reach, float largest_bound) const {
     const Eigen::Vector3d low = reach.low - eye_;
     const Eigen::Vector3d high = reach.high - eye_;
-    const double distance_squared =
-        low.cwiseMax(-high).cwiseMax(Eigen::Vector3d::Zero()).squaredNorm();
-    double weight = 1.0;
-    if (!is_in_view) {
-        double beside = 0.0;
-        for (const Eigen::Vector3d& normal : frustum_.normals) {
-            beside = std::max(beside, -normal.dot(support(low, high, normal)));
-        }
-        const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).sum() + near_;
-        weight = std::max(1.0 - static_cast<double>(kWeightSlope) * beside / farthest,
-                          static_cast<double>(kLeastWeight));
+    double beside = 0.0;
+    for (const Eigen::Vector3d& normal : frustum_.normals) {
+        beside = std::max(beside, -normal.dot(support(low, high, normal)));
     }
+    const double farthest = low.cwiseAbs().cwiseMax(high.cwiseAbs()).sum() + near_;
+    const double weight = std::max(1.0 - static_cast<double>(kWeightSlope) * beside / farthest,
+                                   static_cast<double>(kLeastWeight));
     const double bound = static_cast<double>(largest_bound);
-    const double key = kKeyMargin * std::max(distance_squared, near_ * near_) /
+    const double key = kKeyMargin * std::max(distance_squared(reach), near_ * near_) /
                        std::max(bound * bound * weight * weight,
                                 static_cast<double>(std::numeric_limits<float>::min()));
     return static_cast<float>(

@@ -38,6 +38,9 @@ struct OpenChunk {
     static constexpr std::size_t kSamples = std::size_t{kChunkSamples} * kChunkSamples;
     static constexpr std::size_t kAreas = std::size_t{kChunkAreas} * kChunkAreas;
     static constexpr std::size_t kCoarseSide = kChunkSquares + 1;
+    /// Number of a root's centres of coarser spacings.
+    static constexpr std::size_t kCoarseSquares =
+        (std::size_t{kChunkSquares} * kChunkSquares - 1) / 3;
     /// Key of a vertex that cannot be active.
     static constexpr float kNever = std::numeric_limits<float>::infinity();
     /// Key of vertices that are certainly not below the floor. Not kNever, which marks absent parents.
@@ -49,12 +52,18 @@ struct OpenChunk {
     /// Bit i for square i.
     struct Bits {
         std::uint64_t centre = 0, along_x = 0, along_y = 0;
+        std::uint64_t& of(std::size_t kind) {  // of AreaVertices::Kind
+            return kind == AreaVertices::centre    ? centre
+                   : kind == AreaVertices::along_x ? along_x
+                                                   : along_y;
+        }
     };
 
     OpenChunk() : keys(kAreas), offsets(kSamples, 0.0f) {}
 
     const Chunk* chunk = nullptr;
     std::int32_t index = ResidentSet::kNone;  ///< in the resident set
+    std::uint32_t place = 0;                  ///< in the order of the open chunks
     OpenChunk* parent = nullptr;              ///< null for roots
     std::array<OpenChunk*, 4> child{};        ///< by quadrant; null if not open
     std::array<OpenChunk*, 4> neighbour{};    ///< by Side; null if not open
@@ -81,10 +90,19 @@ struct OpenChunk {
     /// no neighbour is open there; otherwise the neighbour owns these keys.
     std::array<float, kChunkSquares> east_keys, north_keys;
     std::vector<float> coarse_keys;  ///< of a root, indexed like its coarse bounds; else empty
-    std::vector<float> offsets;      ///< [kSamples] see MeshChunk
+    /// The square around an active centre of a coarser spacing of a root.
+    struct CoarseSquare {
+        std::uint16_t centre = 0;  ///< its sample
+        std::uint8_t stride = 0;   ///< spacing in samples
+        std::uint8_t word = 0;     ///< bit k: side k is split; bit 4 + k: quarter k is divided
+    };
+    std::vector<CoarseSquare> coarse_squares;  ///< [at most kCoarseSquares]
+    std::vector<float> offsets;                ///< [kSamples] see MeshChunk
 
-    /// Active vertices; 0 in areas that are not open.
+    /// Active vertices; 0 in areas that are not open. Before Selection::find() has ended: vertices below its window.
     std::array<Bits, kAreas> bits{};
+    /// Number of bits of centres and of midpoints.
+    std::size_t centre_count = 0, midpoint_count = 0;
     std::uint64_t east_bits = 0, north_bits = 0;
     std::uint64_t active_areas = 0;  ///< areas with an active centre: only these are drawn
 
@@ -99,6 +117,15 @@ struct OpenChunk {
 
     const Keys& keys_of(int area) const { return keys[static_cast<std::size_t>(area)].of; }
     Keys& keys_of(int area) { return keys[static_cast<std::size_t>(area)].of; }
+    /// Sets the bits of an area's vertices of one kind, which were 0.
+    void set_bits(int area, AreaVertices::Kind kind, const FoundKeys& found) {
+        bits[static_cast<std::size_t>(area)].of(kind) = found.below;
+        (kind == AreaVertices::centre ? centre_count : midpoint_count) += found.below_count;
+    }
+    void clear_bits() {
+        bits.fill({});
+        centre_count = midpoint_count = 0;
+    }
     const Bits& bits_of(int area) const { return bits[static_cast<std::size_t>(area)]; }
 
     /// Key of the vertex at a sample. On the eastern and northern side the key comes from the open neighbour that owns
@@ -209,8 +236,9 @@ public:
     WorldBox reach_of_area(const Chunk& chunk, int area, float half_width) const;
 
     /// Lower bound of the keys of vertices whose reaches are in a box and whose bounds are at most `largest_bound`.
-    /// @param is_in_view  the box is known to be inside the view
-    float least_key(const WorldBox& reach, float largest_bound, bool is_in_view = false) const;
+    float least_key(const WorldBox& reach, float largest_bound) const;
+    /// Whether least_key() is below a floor.
+    bool may_be_below(const WorldBox& reach, float largest_bound, float floor) const;
 
     /// Areas of a chunk, a bit each, for which least_key() is below a floor.
     /// @param half_width  of the reach of a centre
@@ -231,6 +259,8 @@ public:
     double error_in_view(const Triangle& triangle, double bound) const;
 
 private:
+    double distance_squared(const WorldBox& box) const;
+
     Lattice lattice_;
     WorldPos eye_;
     double near_ = 1.0;

@@ -7,7 +7,10 @@
 namespace terrane::internal {
 namespace {
 
-// Capacity of a worker's windows, in keys. A chunk adds at most as many keys as it has samples.
+// Bits of Candidate::vertex: area, kind, square.
+constexpr unsigned kAreaShift = 8, kKindShift = 6;
+constexpr std::uint16_t kNoVertex = 0xffffu;  // a vertex that is not in an area
+// Capacity of a worker's window, in keys. A chunk adds at most as many keys as it has samples.
 constexpr std::size_t kWindowCapacity = std::size_t{1} << 17;
 // The first window extends by this factor to either side of its middle key: 1 % in pixels.
 constexpr float kFirstWidth = 1.02f;
@@ -23,69 +26,70 @@ float middle(float low, float high) {
 
 Selection::Selection(int worker_count)
     : tallies_(static_cast<std::size_t>(worker_count)), others_weight_(1, 0) {
-    for (Tally& tally : tallies_) {
-        for (auto& keys : tally.inside) keys.resize(kWindowCapacity);
-    }
-    candidates_.reserve(2 * kWindowCapacity * tallies_.size());
+    for (Tally& tally : tallies_) tally.candidates.resize(kWindowCapacity);
+    candidates_.reserve(kWindowCapacity * tallies_.size());
 }
 
-void Selection::count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const {
-    KeyWindow& inner = tally.window[0];
-    KeyWindow& border = tally.window[1];
-    if (inner.count + OpenChunk::kSamples > kWindowCapacity ||
-        border.count + OpenChunk::kSamples > kWindowCapacity) {
+KeyWindow& Selection::window(int worker) {
+    Tally& tally = tallies_[static_cast<std::size_t>(worker)];
+    if (tally.window.count + OpenChunk::kSamples > kWindowCapacity) {
         tally.is_full = true;
-        inner.count = border.count = 0;
+        tally.window.count = 0;
     }
-    const auto count_inner = [&](const float* keys, std::size_t number) {
-        tally.below += 2 * std::size_t{kernels.count(keys, static_cast<int>(number), inner)};
-    };
-    const auto count_border = [&](const float* keys, std::size_t number) {
-        tally.below += kernels.count(keys, static_cast<int>(number), border);
-    };
+    return tally.window;
+}
+
+AreaPlace Selection::place_of(const OpenChunk& chunk, int area, AreaVertices::Kind kind) {
+    AreaPlace place;
+    place.chunk = chunk.place;
+    place.first = static_cast<std::uint16_t>((static_cast<std::size_t>(area) << kAreaShift) +
+                                             (kind << kKindShift));
+    constexpr std::uint64_t kFirstColumn = 0x0101010101010101u, kFirstRow = 0xffu;
+    if (kind == AreaVertices::along_x && is_world_border(chunk, area, south))
+        place.border = kFirstRow;
+    if (kind == AreaVertices::along_y && is_world_border(chunk, area, west))
+        place.border = kFirstColumn;
+    return place;
+}
+
+// Counts the keys of a chunk's areas in the current window, and sets the bits of those below it.
+void Selection::count_chunk(OpenChunk& chunk, const KeyKernels& kernels, int worker) {
+    KeyWindow& window = this->window(worker);
+    chunk.clear_bits();
     for_each_bit(chunk.open_areas, [&](int area) {
-        const OpenChunk::Keys& keys = chunk.keys_of(area);
-        constexpr std::size_t kSquares = AreaVertices::kSquares;
-        const bool south_ends = is_world_border(chunk, area, south);
-        const bool west_ends = is_world_border(chunk, area, west);
-        if (!south_ends && !west_ends) {
-            count_inner(keys[0].data(), AreaVertices::kKinds * kSquares);
-            return;
-        }
-        count_inner(keys[AreaVertices::centre].data(), kSquares);
-        const float* along_x = keys[AreaVertices::along_x].data();
-        const std::size_t first = south_ends ? kAreaSquares : 0;
-        count_border(along_x, first);
-        count_inner(along_x + first, kSquares - first);
-        for (std::size_t i = 0; i < kSquares; i += kAreaSquares) {
-            const float* along_y = keys[AreaVertices::along_y].data() + i;
-            const std::size_t outer = west_ends ? 1 : 0;
-            count_border(along_y, outer);
-            count_inner(along_y + outer, kAreaSquares - outer);
+        for (const auto kind :
+             {AreaVertices::centre, AreaVertices::along_x, AreaVertices::along_y}) {
+            chunk.set_bits(area, kind,
+                           kernels.count(chunk.keys_of(area)[kind].data(),
+                                         place_of(chunk, area, kind), window));
         }
     });
-    if (chunk.at_world_border[east]) count_border(chunk.east_keys.data(), chunk.east_keys.size());
-    if (chunk.at_world_border[north])
-        count_border(chunk.north_keys.data(), chunk.north_keys.size());
-    if (chunk.is_root()) count_coarse(chunk, kernels, tally);
+    add_others(chunk, worker);
 }
 
-// Vertices on a line between roots are counted with the root to the east or north of it.
-void Selection::count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const {
-    constexpr int kLast = kChunkSquares;
-    const auto side = static_cast<int>(OpenChunk::kCoarseSide);
-    for (int row = 0; row <= kLast; ++row) {
-        if (row == kLast && !root.at_world_border[north]) break;
-        const float* keys = root.coarse_keys.data() + row * side;
-        if ((row == 0 && root.at_world_border[south]) || row == kLast) {
-            tally.below += kernels.count(keys, side, tally.window[1]);
-            continue;
+void Selection::add_others(const OpenChunk& chunk, int worker) {
+    KeyWindow& window = this->window(worker);
+    const auto add = [&](float key, std::uint16_t triangles) {
+        if (key < window.low) {
+            window.below += triangles;
+        } else if (key < window.high) {
+            window.candidates[window.count++] = {key, chunk.place, kNoVertex, triangles};
         }
-        const int first = root.at_world_border[west] ? 1 : 0;
-        tally.below += kernels.count(keys, first, tally.window[1]);
-        tally.below += 2 * std::size_t{kernels.count(keys + first, kLast - first, tally.window[0])};
-        if (root.at_world_border[east])
-            tally.below += kernels.count(keys + kLast, 1, tally.window[1]);
+    };
+    for (const Side side : {east, north}) {
+        if (!chunk.at_world_border[side]) continue;
+        for (const float key : side == east ? chunk.east_keys : chunk.north_keys) add(key, 1);
+    }
+    if (!chunk.is_root()) return;
+    // vertices on a line between roots are counted with the root to the east or north of it
+    constexpr std::size_t kLast = OpenChunk::kCoarseSide - 1;
+    for (std::size_t row = 0; row <= kLast; ++row) {
+        if (row == kLast && !chunk.at_world_border[north]) break;
+        const bool is_end = row == 0 ? chunk.at_world_border[south] : row == kLast;
+        const float* const keys = chunk.coarse_keys.data() + row * OpenChunk::kCoarseSide;
+        add(keys[0], is_end || chunk.at_world_border[west] ? 1 : 2);
+        for (std::size_t column = 1; column < kLast; ++column) add(keys[column], is_end ? 1 : 2);
+        if (is_end || chunk.at_world_border[east]) add(keys[kLast], 1);
     }
 }
 
@@ -115,25 +119,24 @@ void Selection::open_windows(float low, float high) {
     window_low_ = low;
     window_high_ = high;
     for (Tally& tally : tallies_) {
-        tally.below = 0;
         tally.is_full = false;
-        for (std::size_t i = 0; i < 2; ++i) {
-            tally.window[i] = {low, high, tally.inside[i].data(), 0};
-        }
+        tally.window = {low, high, tally.candidates.data(), 0, 0};
     }
 }
 
 std::size_t Selection::below() const {
     std::size_t below = others_below(window_low_);
-    for (const Tally& tally : tallies_) below += tally.below;
+    for (const Tally& tally : tallies_) below += tally.window.below;
     return below;
 }
 
-// Returns the weight of the keys below `low`, and collects those in [low, high) in the windows unless these are full.
+// Counts all keys again. Returns the weight of the keys below `low`, and collects those in [low, high) in the windows
+// unless these are full.
 std::size_t Selection::count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                              float high, WorkerTeam& team) {
     open_windows(low, high);
-    team.run(open.size(), [&](std::size_t i, int worker) { add(*open[i], kernels, worker); });
+    team.run(open.size(),
+             [&](std::size_t i, int worker) { count_chunk(*open[i], kernels, worker); });
     return below();
 }
 
@@ -147,6 +150,27 @@ void Selection::begin(float floor, float guess) {
 
 float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernels,
                       std::size_t budget, WorkerTeam& team) {
+    const float threshold = search(open, kernels, budget, team);
+    const bool is_full =
+        std::ranges::any_of(tallies_, [](const Tally& tally) { return tally.is_full; });
+    if (is_full || threshold < window_low_ || threshold > window_high_) {
+        count(open, kernels, threshold, threshold, team);
+    }
+    for (const Tally& tally : tallies_) {
+        for (const Candidate& candidate : tally.inside()) {
+            if (!(candidate.key < threshold) || candidate.vertex == kNoVertex) continue;
+            OpenChunk& chunk = *open[candidate.chunk];
+            const std::size_t kind = candidate.vertex >> kKindShift & 3;
+            chunk.bits[candidate.vertex >> kAreaShift].of(kind) |=
+                std::uint64_t{1} << (candidate.vertex % AreaVertices::kSquares);
+            ++(kind == AreaVertices::centre ? chunk.centre_count : chunk.midpoint_count);
+        }
+    }
+    return threshold;
+}
+
+float Selection::search(std::span<OpenChunk* const> open, const KeyKernels& kernels,
+                        std::size_t budget, WorkerTeam& team) {
     float least = 0.0f;   // vertices with smaller keys than this fit into the budget
     float most = floor_;  // vertices with smaller keys than this do not, unless it is the floor
     float low = low_, high = high_;
@@ -158,7 +182,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
         std::size_t inside = others_below(high) - others_below(low);
         bool is_full = false;
         for (const Tally& tally : tallies_) {
-            inside += 2 * std::size_t{tally.window[0].count} + tally.window[1].count;
+            for (const Candidate& candidate : tally.inside()) inside += candidate.triangles;
             is_full |= tally.is_full;
         }
         if (below > budget) {
@@ -204,10 +228,8 @@ float Selection::pick(float low, float high, std::size_t used, std::size_t budge
     };
     const auto for_all = [&](const auto& use) {
         for (const Tally& tally : tallies_) {
-            for (std::uint32_t i = 0; i < 2; ++i) {
-                for (std::uint32_t k = 0; k < tally.window[i].count; ++k) {
-                    use(tally.inside[i][k], 2 - i);
-                }
+            for (const Candidate& candidate : tally.inside()) {
+                use(candidate.key, std::uint32_t{candidate.triangles});
             }
         }
         for (const WeightedKey& other : others_inside()) use(other.key, other.weight);

@@ -34,30 +34,34 @@ public:
     /// Allocates: nothing if there were as many before
     void set_others(std::span<const WeightedKey> others);
 
-    /// Begins a search. Every open chunk must then be added once, preferably right after its keys are computed, while
-    /// they are cached.
+    /// Begins a search. Then all keys of every open chunk must be added once: those of its areas by KeyKernels, when
+    /// they are computed, and the others by add_others().
     ///
     /// @param guess  expected threshold, 0 if unknown; affects only the running time
     void begin(float floor, float guess);
-    void add(const OpenChunk& chunk, const KeyKernels& kernels, int worker) {
-        count_chunk(chunk, kernels, tallies_[static_cast<std::size_t>(worker)]);
-    }
+    /// The window of a worker, with capacity for the keys of a chunk.
+    KeyWindow& window(int worker);
+    /// Adds the keys of midpoints on the world's border and of a root's vertices of coarser spacings.
+    void add_others(const OpenChunk& chunk, int worker);
+
+    /// An area's vertices of one kind as candidates.
+    static AreaPlace place_of(const OpenChunk& chunk, int area, AreaVertices::Kind kind);
 
     /// The largest threshold, at most the floor, such that all vertices with smaller keys weigh at most `budget`.
-    /// Vertices with equal keys are selected together.
+    /// Vertices with equal keys are selected together. Sets the bits of the active vertices, whose keys are below the
+    /// threshold.
     float find(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
                WorkerTeam& team);
 
 private:
     // Counts of one worker
     struct Tally {
-        std::size_t below = 0;         // total weight of keys below the window
-        std::vector<float> inside[2];  // keys of weight 2, of weight 1
-        KeyWindow window[2];
+        std::vector<Candidate> candidates;
+        KeyWindow window;
         bool is_full = false;
+        std::span<const Candidate> inside() const { return {candidates.data(), window.count}; }
     };
-    void count_chunk(const OpenChunk& chunk, const KeyKernels& kernels, Tally& tally) const;
-    void count_coarse(const OpenChunk& root, const KeyKernels& kernels, Tally& tally) const;
+    void count_chunk(OpenChunk& chunk, const KeyKernels& kernels, int worker);
     void open_windows(float low, float high);
     std::size_t count(std::span<OpenChunk* const> open, const KeyKernels& kernels, float low,
                       float high, WorkerTeam& team);
@@ -65,6 +69,8 @@ private:
     std::size_t others_below(float key) const;
     std::span<const WeightedKey> others_inside() const;
 
+    float search(std::span<OpenChunk* const> open, const KeyKernels& kernels, std::size_t budget,
+                 WorkerTeam& team);
     float pick(float low, float high, std::size_t used, std::size_t budget);
 
     float floor_ = 0.0f;
@@ -128,23 +134,26 @@ private:
     void link(const ResidentSet& resident, OpenChunk& chunk);
     static void place(const ScreenError& screen, OpenChunk& chunk);
     void open_areas(const ScreenError& screen, float floor, OpenChunk& chunk) const;
-    void find_centres(float floor, OpenChunk& chunk, int area) const;
-    void find_midpoints(float floor, OpenChunk& chunk, int area) const;
+    using Limits = std::array<float, AreaVertices::kSquares>;
+    const float* limits_of(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
+                           Limits& limits_out) const;
+    OwnKeys own_of(const OpenChunk& chunk, int area, AreaVertices::Kind kind) const;
+    void find_centres(float floor, OpenChunk& chunk, int area, KeyWindow& window) const;
+    void find_midpoints(float floor, OpenChunk& chunk, int area, KeyWindow& window) const;
     void fetch_kinds(const OpenChunk& chunk, int area, std::size_t first, std::size_t last) const;
-    void find_centres(float floor, OpenChunk& chunk) const;
-    void find_midpoints(float floor, OpenChunk& chunk) const;
+    void find_centres(float floor, OpenChunk& chunk, KeyWindow& window) const;
+    void find_midpoints(float floor, OpenChunk& chunk, KeyWindow& window) const;
     void find_sides(float floor, OpenChunk& chunk) const;
 
     bool may_be_below(const ScreenError& screen, const OpenChunk& root, int stride,
                       float floor) const;
     void find_coarse_keys(const ScreenError& screen, float floor,
                           std::span<OpenChunk* const> roots) const;
-    void find_coarse_key(const ScreenError& screen, OpenChunk& root, int column, int row,
-                         float parent, float other_parent, float floor) const;
-    void find_coarse_centres(const ScreenError& screen, OpenChunk& root, int stride,
-                             float floor) const;
-    void find_coarse_midpoints(const ScreenError& screen, OpenChunk& root, int stride,
-                               float floor) const;
+    void find_coarse_keys(const ScreenError& screen, OpenChunk& root, int stride, bool is_centre,
+                          float floor) const;
+    void own_coarse_keys(const ScreenError& screen, const OpenChunk& root, int stride,
+                         bool is_centre, std::span<const std::size_t> vertices,
+                         float* keys_out) const;
 
     Lattice lattice_;
     Reaches reaches_;

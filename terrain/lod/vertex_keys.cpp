@@ -28,14 +28,40 @@ float VertexKeys::own_coarse_key(const ScreenError& screen, const OpenChunk& roo
     if (both % kSide == 0) return OpenChunk::kNever;  // corners of the root square
     const int stride = 1 << std::countr_zero(both);
     const bool is_centre = ((row / stride) & (column / stride) & 1) != 0;
+    const std::size_t vertex = coarse_index(column, row);
+    VertexBatch::Values keys;
+    own_coarse_keys(screen, root, stride, is_centre, {&vertex, 1}, keys.data());
+    return keys[0];
+}
+
+// Own keys of up to VertexBatch::kSize vertices of one stride and kind.
+void VertexKeys::own_coarse_keys(const ScreenError& screen, const OpenChunk& root, int stride,
+                                 bool is_centre, std::span<const std::size_t> vertices,
+                                 float* keys_out) const {
     const Reach around = reach(*root.chunk, 2 * stride, is_centre);
-    const std::int32_t height = root.chunk->heights[sample_index(2 * column, 2 * row)];
-    const float z = screen.height_over_eye(lattice_.quantum * height);
-    const float key =
-        own_key(root, 2 * column, 2 * row, z - around.half_height, z + around.half_height,
-                around.half_width, root.chunk->vertices->coarse_bounds[coarse_index(column, row)]);
-    if (!root.is_pinned) return key;
-    return pins_->lowered(*root.chunk, 2 * column, 2 * row, 2 * stride, is_centre, key);
+    VertexBatch batch;
+    batch.half_width = around.half_width;
+    for (std::size_t i = 0; i < VertexBatch::kSize; ++i) {
+        const std::size_t vertex = vertices[std::min(i, vertices.size() - 1)];
+        const std::size_t column = vertex % OpenChunk::kCoarseSide;
+        const std::size_t row = vertex / OpenChunk::kCoarseSide;
+        batch.x[i] = root.axes.x.even[column];
+        batch.y[i] = root.axes.y.even[row];
+        const std::int32_t height =
+            root.chunk->heights[2 * (row * std::size_t{kChunkSamples} + column)];
+        const float z = screen.height_over_eye(lattice_.quantum * height);
+        batch.low[i] = z - around.half_height;
+        batch.high[i] = z + around.half_height;
+        batch.inverse_square_bounds[i] = root.chunk->vertices->coarse_bounds[vertex];
+    }
+    kernels_->own_batch(batch, root.planes, root.eye_heights.near_squared, keys_out);
+    if (!root.is_pinned) return;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const auto column = static_cast<int>(vertices[i] % OpenChunk::kCoarseSide);
+        const auto row = static_cast<int>(vertices[i] / OpenChunk::kCoarseSide);
+        keys_out[i] =
+            pins_->lowered(*root.chunk, 2 * column, 2 * row, 2 * stride, is_centre, keys_out[i]);
+    }
 }
 
 // Whether any vertex of a stride may have a key below the floor. False for most strides of roots that are far from the
@@ -51,26 +77,17 @@ bool VertexKeys::may_be_below(const ScreenError& screen, const OpenChunk& root, 
     box.low -= wider;
     box.high += wider;
     const auto exponent = static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(stride)));
-    return screen.least_key(box, root.chunk->vertices->largest_coarse_bounds[exponent]) < floor;
+    return screen.may_be_below(box, root.chunk->vertices->largest_coarse_bounds[exponent], floor);
 }
 
-// Sets a coarser vertex's key: its own, raised to its parents' keys. The own key is not computed if no parent is below
-// the floor: then the vertex is inactive, and no triangle is drawn that it would split.
-void VertexKeys::find_coarse_key(const ScreenError& screen, OpenChunk& root, int column, int row,
-                                 float parent, float other_parent, float floor) const {
-    float& key = root.coarse_keys[coarse_index(column, row)];
-    key = std::max(parent, other_parent);
-    if (!(std::min(parent, other_parent) < floor)) return;
-    const float own = own_coarse_key(screen, root, column, row);
-    root.is_coarse_held |= own < floor && own < key;
-    key = std::max(own, key);
-}
+namespace {
 
-void VertexKeys::find_coarse_centres(const ScreenError& screen, OpenChunk& root, int stride,
-                                     float floor) const {
+// Calls use(column, row, key of a parent, key of the other) for the centres of a stride.
+template <typename Use>
+void for_coarse_centres(const OpenChunk& root, int stride, const Use& use) {
     if (stride == kCoarsest) {
         // the centre of a root square has no parents
-        find_coarse_key(screen, root, stride, stride, 0.0f, 0.0f, floor);
+        use(stride, stride, 0.0f, 0.0f);
         return;
     }
     // the parents are the corners of odd index sum, in units of twice the stride
@@ -78,15 +95,15 @@ void VertexKeys::find_coarse_centres(const ScreenError& screen, OpenChunk& root,
     for (int row = stride; row < kSide; row += 2 * stride, row_other = -row_other) {
         int other = row_other;
         for (int column = stride; column < kSide; column += 2 * stride, other = -other) {
-            find_coarse_key(screen, root, column, row,
-                            root.coarse_keys[coarse_index(column + stride, row + other)],
-                            root.coarse_keys[coarse_index(column - stride, row - other)], floor);
+            use(column, row, root.coarse_keys[coarse_index(column + stride, row + other)],
+                root.coarse_keys[coarse_index(column - stride, row - other)]);
         }
     }
 }
 
-void VertexKeys::find_coarse_midpoints(const ScreenError& screen, OpenChunk& root, int stride,
-                                       float floor) const {
+// The same for the midpoints of a stride.
+template <typename Use>
+void for_coarse_midpoints(const OpenChunk& root, int stride, const Use& use) {
     // a centre beyond a side belongs to the neighbour, if there is one
     const auto beyond = [&](Side side, int column, int row) {
         if (root.at_world_border[side]) return 0.0f;
@@ -99,19 +116,49 @@ void VertexKeys::find_coarse_midpoints(const ScreenError& screen, OpenChunk& roo
     const int last = kSide - stride;
     for (int along = stride; along < kSide; along += 2 * stride) {
         for (int row = 0; row <= kSide; row += 2 * stride) {
-            find_coarse_key(
-                screen, root, along, row,
-                row > 0 ? inside(along, row - stride) : beyond(south, along, last),
-                row < kSide ? inside(along, row + stride) : beyond(north, along, stride), floor);
+            use(along, row, row > 0 ? inside(along, row - stride) : beyond(south, along, last),
+                row < kSide ? inside(along, row + stride) : beyond(north, along, stride));
         }
         for (int column = 0; column <= kSide; column += 2 * stride) {
-            find_coarse_key(
-                screen, root, column, along,
+            use(column, along,
                 column > 0 ? inside(column - stride, along) : beyond(west, last, along),
-                column < kSide ? inside(column + stride, along) : beyond(east, stride, along),
-                floor);
+                column < kSide ? inside(column + stride, along) : beyond(east, stride, along));
         }
     }
+}
+
+}  // namespace
+
+// Sets the keys of the centres or midpoints of a stride: their own, raised to their parents' keys. Own keys are not
+// computed where no parent is below the floor: such vertices are inactive, and no triangle is drawn that they would
+// split.
+void VertexKeys::find_coarse_keys(const ScreenError& screen, OpenChunk& root, int stride,
+                                  bool is_centre, float floor) const {
+    std::array<std::size_t, VertexBatch::kSize> vertices{};
+    std::size_t count = 0;
+    const auto finish = [&] {
+        VertexBatch::Values own;
+        own_coarse_keys(screen, root, stride, is_centre, {vertices.data(), count}, own.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            float& key = root.coarse_keys[vertices[i]];
+            root.is_coarse_held |= own[i] < floor && own[i] < key;
+            key = std::max(own[i], key);
+        }
+        count = 0;
+    };
+    const auto use = [&](int column, int row, float parent, float other_parent) {
+        const std::size_t vertex = coarse_index(column, row);
+        root.coarse_keys[vertex] = std::max(parent, other_parent);
+        if (!(std::min(parent, other_parent) < floor)) return;
+        vertices[count++] = vertex;
+        if (count == vertices.size()) finish();
+    };
+    if (is_centre) {
+        for_coarse_centres(root, stride, use);
+    } else {
+        for_coarse_midpoints(root, stride, use);
+    }
+    if (count > 0) finish();
 }
 
 void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
@@ -136,10 +183,10 @@ void VertexKeys::find_coarse_keys(const ScreenError& screen, float floor,
     };
     for (int stride = kCoarsest; stride >= 1; stride /= 2) {
         for (OpenChunk* root : roots) {
-            if (is_open(*root, stride)) find_coarse_centres(screen, *root, stride, floor);
+            if (is_open(*root, stride)) find_coarse_keys(screen, *root, stride, true, floor);
         }
         for (OpenChunk* root : roots) {
-            if (is_open(*root, stride)) find_coarse_midpoints(screen, *root, stride, floor);
+            if (is_open(*root, stride)) find_coarse_keys(screen, *root, stride, false, floor);
         }
     }
 }
@@ -160,6 +207,7 @@ VertexKeys::VertexKeys(const HeightSource& source, SimdLevel simd, std::size_t o
     const auto roots = static_cast<std::size_t>(lattice_.resident_root_count());
     for (std::size_t i = 0; i < std::min(roots, open_chunks); ++i) {
         pool_[i]->coarse_keys.reserve(OpenChunk::kCoarseSide * OpenChunk::kCoarseSide);
+        pool_[i]->coarse_squares.reserve(OpenChunk::kCoarseSquares);
     }
 }
 
@@ -183,6 +231,7 @@ void VertexKeys::open_chunk(const ResidentSet& resident, std::size_t index) {
     by_index_[index] = &chunk;
     chunk.chunk = resident.chunks()[index].get();
     chunk.index = static_cast<std::int32_t>(index);
+    chunk.place = static_cast<std::uint32_t>(open_count_ - 1);
     chunk.replaced = nullptr;
     chunk.held_areas = 0;
     chunk.is_side_held = chunk.is_coarse_held = false;
@@ -239,23 +288,26 @@ void VertexKeys::open_areas(const ScreenError& screen, float floor, OpenChunk& c
     });
 }
 
-void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
-                          float* keys_out) const {
+OwnKeys VertexKeys::own_of(const OpenChunk& chunk, int area, AreaVertices::Kind kind) const {
     const AreaVertices& vertices = chunk.chunk->vertices->areas[static_cast<std::size_t>(area)];
     const auto column = static_cast<std::size_t>(area % kChunkAreas * kAreaSquares);
     const auto row = static_cast<std::size_t>(area / kChunkAreas * kAreaSquares);
-    VertexGroup group;
-    group.inverse_square_bounds = vertices.inverse_square_bounds[kind].data();
-    group.low = vertices.low[kind].data();
-    group.high = vertices.high[kind].data();
-    group.x =
+    OwnKeys own;
+    own.group.inverse_square_bounds = vertices.inverse_square_bounds[kind].data();
+    own.group.low = vertices.low[kind].data();
+    own.group.high = vertices.high[kind].data();
+    own.group.x =
         kind == AreaVertices::along_y ? &chunk.axes.x.even[column] : &chunk.axes.x.odd[column];
-    group.y = kind == AreaVertices::along_x ? &chunk.axes.y.even[row] : &chunk.axes.y.odd[row];
-    group.half_width = reach(*chunk.chunk, 1, kind == AreaVertices::centre).half_width;
-    kernels_->own(group, chunk.eye_heights, keys_out);
-    if ((chunk.partly_visible_areas >> area & 1) != 0) {
-        kernels_->weigh(group, chunk.eye_heights, chunk.planes, keys_out);
-    }
+    own.group.y = kind == AreaVertices::along_x ? &chunk.axes.y.even[row] : &chunk.axes.y.odd[row];
+    own.group.half_width = reach(*chunk.chunk, 1, kind == AreaVertices::centre).half_width;
+    own.eye = chunk.eye_heights;
+    if ((chunk.partly_visible_areas >> area & 1) != 0) own.planes = &chunk.planes;
+    return own;
+}
+
+void VertexKeys::own_keys(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
+                          float* keys_out) const {
+    kernels_->own(own_of(chunk, area, kind), keys_out);
     if (chunk.is_pinned) pins_->lower(*chunk.chunk, area, kind, keys_out);
 }
 
@@ -271,7 +323,9 @@ float VertexKeys::own_key(const OpenChunk& chunk, int column, int row, float low
     const float key =
         vertex_key(flat, low, high, inverse_square_bound, chunk.eye_heights.near_squared);
     if (chunk.planes.count == 0) return key;
-    return key * outside_factor(x, y, low, high, half_width, chunk.planes);
+    const float far = distance_sum(x, y, low, high);
+    const float outside = distance_outside(x, y, low, high, far, half_width, chunk.planes);
+    return key * outside_factor(outside, far, half_width, chunk.planes);
 }
 
 float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
@@ -288,43 +342,52 @@ float VertexKeys::own_side_key(const OpenChunk& chunk, Side side, int i) const {
     return chunk.is_pinned ? pins_->lowered(*chunk.chunk, column, row, 1, false, key) : key;
 }
 
-void VertexKeys::find_centres(float floor, OpenChunk& chunk, int area) const {
-    float* keys = chunk.keys_of(area)[AreaVertices::centre].data();
-    own_keys(chunk, area, AreaVertices::centre, keys);
-    if (chunk.fade_factor != 1.0f) {
-        for (int i = 0; i < kSquares; ++i) keys[i] *= chunk.fade_factor;
-    }
-    const CentreParents parents(chunk, area);
-    if (kernels_->trim_centres(parents.sides(), floor, keys)) {
-        chunk.held_areas |= std::uint64_t{1} << area;
-    }
+// Upper limits of the keys of an area of a pinned chunk.
+const float* VertexKeys::limits_of(const OpenChunk& chunk, int area, AreaVertices::Kind kind,
+                                   Limits& limits_out) const {
+    if (!chunk.is_pinned) return nullptr;
+    limits_out.fill(OpenChunk::kNever);
+    pins_->lower(*chunk.chunk, area, kind, limits_out.data());
+    return limits_out.data();
 }
 
-void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area) const {
-    OpenChunk::Keys& keys = chunk.keys_of(area);
-    float* along_x = keys[AreaVertices::along_x].data();
-    float* along_y = keys[AreaVertices::along_y].data();
-    own_keys(chunk, area, AreaVertices::along_x, along_x);
-    own_keys(chunk, area, AreaVertices::along_y, along_y);
+void VertexKeys::find_centres(float floor, OpenChunk& chunk, int area, KeyWindow& window) const {
+    Limits limits;
+    OwnKeys own = own_of(chunk, area, AreaVertices::centre);
+    own.limits = limits_of(chunk, area, AreaVertices::centre, limits);
+    own.fade = chunk.fade_factor;
+    const CentreParents parents(chunk, area);
+    const FoundKeys found = kernels_->find_centres(
+        own, parents.sides(), floor, Selection::place_of(chunk, area, AreaVertices::centre), window,
+        chunk.keys_of(area)[AreaVertices::centre].data());
+    chunk.set_bits(area, AreaVertices::centre, found);
+    if (found.is_held) chunk.held_areas |= std::uint64_t{1} << area;
+}
+
+void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, int area, KeyWindow& window) const {
     // vertices on the line between two chunks fade with both
     const auto fade_beside = [&](Side side) {
         const AreaRef adjacent = adjacent_area(chunk, area, side);
         return adjacent.chunk == nullptr ? chunk.fade_factor
                                          : std::max(chunk.fade_factor, adjacent.chunk->fade_factor);
     };
-    const float from_south = fade_beside(south), from_west = fade_beside(west);
-    if (std::max(from_south, from_west) != 1.0f) {
-        for (int i = 0; i < kSquares; ++i) {
-            along_x[i] *= i < kAreaSquares ? from_south : chunk.fade_factor;
-            along_y[i] *= i % kAreaSquares == 0 ? from_west : chunk.fade_factor;
-        }
-    }
-    const float* centres = keys[AreaVertices::centre].data();
-    const float* to_south = adjacent_centres(chunk, area, south) + kLastRow;
-    const float* to_west = adjacent_centres(chunk, area, west);
-    const bool is_x_held = kernels_->trim_along_x(centres, to_south, floor, along_x);
-    const bool is_y_held = kernels_->trim_along_y(centres, to_west, floor, along_y);
-    if (is_x_held || is_y_held) chunk.held_areas |= std::uint64_t{1} << area;
+    OpenChunk::Keys& keys = chunk.keys_of(area);
+    const float* const centres = keys[AreaVertices::centre].data();
+    const auto find = [&](AreaVertices::Kind kind, Side side, auto kernel, const float* beyond) {
+        Limits limits;
+        OwnKeys own = own_of(chunk, area, kind);
+        own.limits = limits_of(chunk, area, kind, limits);
+        own.fade = chunk.fade_factor;
+        own.first_fade = fade_beside(side);
+        const FoundKeys found =
+            kernel(own, centres, beyond, floor, Selection::place_of(chunk, area, kind), window,
+                   keys[kind].data());
+        chunk.set_bits(area, kind, found);
+        if (found.is_held) chunk.held_areas |= std::uint64_t{1} << area;
+    };
+    find(AreaVertices::along_x, south, kernels_->find_along_x,
+         adjacent_centres(chunk, area, south) + kLastRow);
+    find(AreaVertices::along_y, west, kernels_->find_along_y, adjacent_centres(chunk, area, west));
 }
 
 // Prefetches the kinds `first` to `last` of an area's vertices.
@@ -338,16 +401,17 @@ void VertexKeys::fetch_kinds(const OpenChunk& chunk, int area, std::size_t first
     fetch(&chunk.keys_of(area)[first], 2 * bytes);
 }
 
-void VertexKeys::find_centres(float floor, OpenChunk& chunk) const {
+void VertexKeys::find_centres(float floor, OpenChunk& chunk, KeyWindow& window) const {
+    chunk.clear_bits();
     for_each_area(
-        chunk.open_areas, [&](int area) { find_centres(floor, chunk, area); },
+        chunk.open_areas, [&](int area) { find_centres(floor, chunk, area, window); },
         [&](int area) { fetch_kinds(chunk, area, AreaVertices::centre, AreaVertices::centre); });
 }
 
 // Requires the keys of the neighbours' centres.
-void VertexKeys::find_midpoints(float floor, OpenChunk& chunk) const {
+void VertexKeys::find_midpoints(float floor, OpenChunk& chunk, KeyWindow& window) const {
     for_each_area(
-        chunk.open_areas, [&](int area) { find_midpoints(floor, chunk, area); },
+        chunk.open_areas, [&](int area) { find_midpoints(floor, chunk, area, window); },
         [&](int area) { fetch_kinds(chunk, area, AreaVertices::along_x, AreaVertices::along_y); });
     find_sides(floor, chunk);
 }
@@ -396,9 +460,10 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
             if (level > 0) {
                 if (find(resident.links(first).parent) == nullptr) continue;
                 if (!(resident.fade(first) > 0.0f)) continue;
-                const float least =
-                    screen.least_key(reach_of(screen, chunk), chunk.max_vertex_bound);
-                if (!(least < floor) && !is_pinned) continue;
+                if (!is_pinned &&
+                    !screen.may_be_below(reach_of(screen, chunk), chunk.max_vertex_bound, floor)) {
+                    continue;
+                }
             }
             open_chunk(resident, first);
             open_[open_count_ - 1]->is_pinned = is_pinned;
@@ -407,14 +472,14 @@ void VertexKeys::compute(const ResidentSet& resident, const ScreenError& screen,
         if (here.empty()) break;
         for (OpenChunk* chunk : here) link(resident, *chunk);
         if (level == 0) find_coarse_keys(screen, floor, here);
-        team.run(here.size(), [&](std::size_t i, int) {
+        team.run(here.size(), [&](std::size_t i, int worker) {
             if (level > 0) place(screen, *here[i]);
             open_areas(screen, floor, *here[i]);
-            find_centres(floor, *here[i]);
+            find_centres(floor, *here[i], selection.window(worker));
         });
         team.run(here.size(), [&](std::size_t i, int worker) {
-            find_midpoints(floor, *here[i]);
-            selection.add(*here[i], *kernels_, worker);
+            find_midpoints(floor, *here[i], selection.window(worker));
+            selection.add_others(*here[i], worker);
         });
     }
 }
