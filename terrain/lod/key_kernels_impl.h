@@ -92,7 +92,7 @@ public:
     }
 
 private:
-    const OwnKeys& own_;
+    OwnKeys own_;  // a copy, whose values stay in registers across stores
     Row x_, x_squared_;
 };
 
