@@ -235,7 +235,8 @@ Result<std::vector<RecordContent>> ShardRecords::read(std::span<const Wanted> wa
 }
 
 void ShardRecords::expect(std::span<const Expected> expected) const {
-    constexpr std::uint64_t kLongRecord = 160 * 1024;  // bytes; few chunks take more
+    // Bytes that few records exceed. Root squares have bounds of coarser vertices too.
+    constexpr std::uint64_t kLongRecord = 128 * 1024, kLongRoot = 160 * 1024;
     std::vector<ExpectedRange> ranges;
     std::set<std::int64_t> unknown;  // shards whose index is not read yet
     const auto add = [&](std::int64_t shard, const auto& record_in, std::size_t most_bytes,
@@ -256,8 +257,9 @@ void ShardRecords::expect(std::span<const Expected> expected) const {
         if (is_first && cached_index(shard) == nullptr) {
             // Its record is the first of the file, and need not wait for the index, which has its size.
             const ShardFile& file = manifest_.shards[static_cast<std::size_t>(shard)];
-            ranges.push_back(
-                {file.file_name(), file.bytes, 0, std::min(kLongRecord, file.bytes), is_later});
+            ranges.push_back({file.file_name(), file.bytes, 0,
+                              std::min(key.level == 0 ? kLongRoot : kLongRecord, file.bytes),
+                              is_later});
         }
         add(
             shard,
