@@ -2,10 +2,18 @@
 #include "camera_legs.h"
 
 #include <terrane/base/text.h>
+#include <terrane/terrain/chunk_source.h>
+#include <terrane/terrain/lattice.h>
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace terrane::internal {
 namespace {
@@ -79,6 +87,52 @@ CurvePoint CameraLeg::eye(double time) const {
     return point;
 }
 
+namespace {
+
+// The chunk of the finest level over a place; absent outside the root squares.
+std::optional<ChunkKey> chunk_over(const Lattice& lattice, const Eigen::Vector2d& place) {
+    const double side = kChunkCells * lattice.spacing;
+    const double x = std::floor((place.x() - lattice.origin_x) / side);
+    const double y = std::floor((place.y() - lattice.origin_y) / side);
+    constexpr double kMost = std::numeric_limits<std::int32_t>::max();
+    if (!(std::abs(x) < kMost && std::abs(y) < kMost)) return std::nullopt;
+    const ChunkKey key{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y),
+                       static_cast<std::uint8_t>(lattice.finest_level)};
+    if (!lattice.contains(key)) return std::nullopt;
+    return key;
+}
+
+// Heights at places along a line. A source on a server is told which chunks come next, so that it reads several at once.
+Result<std::vector<double>> heights_along(const HeightSource& source,
+                                          std::span<const Eigen::Vector2d> places) {
+    constexpr std::size_t kExpected = 16;
+    std::vector<ChunkKey> keys;
+    std::vector<std::size_t> first_places;  // of each key
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const auto key = chunk_over(source.lattice(), places[i]);
+        if (!key || (!keys.empty() && keys.back() == *key)) continue;
+        keys.push_back(*key);
+        first_places.push_back(i);
+    }
+    std::vector<double> heights(places.size());
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (next < keys.size() && first_places[next] == i) {
+            const std::size_t count = std::min(kExpected, keys.size() - next);
+            chunks_of(source).expect_chunks(std::span(keys).subspan(next++, count));
+        }
+        heights[i] = source.height(places[i].x(), places[i].y());
+        if (!std::isfinite(heights[i])) {
+            return fail(ErrorCode::io, "the terrain cannot be read at " +
+                                           number_text(places[i].x()) + ", " +
+                                           number_text(places[i].y()) + " m");
+        }
+    }
+    return heights;
+}
+
+}  // namespace
+
 // Height = smoothed ground + altitude + correction, or the track's own height + correction. The correction is the
 // smoothed running maximum of the missing clearance over the support of the smoothing: each smoothed value is a mean of
 // values that are not below the missing clearance, so the clearance holds at every sample.
@@ -92,18 +146,14 @@ Result<void> CameraLeg::fit_heights(const HeightSource& source, double altitude,
         static_cast<std::size_t>(std::clamp(std::ceil(kLegStep * speed / finest), 4.0, most));
     const double sample_step = kLegStep / static_cast<double>(per_step);
 
-    std::vector<double> ground((count - 1) * per_step + 1);
+    std::vector<Eigen::Vector2d> places((count - 1) * per_step + 1);
     const auto sample_time = [&](std::size_t i) {
         return static_cast<double>(i) * sample_step - kLegPad;
     };
-    for (std::size_t i = 0; i < ground.size(); ++i) {
-        const Eigen::Vector3d p = eye(sample_time(i)).value;
-        ground[i] = source.height(p.x(), p.y());
-        if (!std::isfinite(ground[i])) {
-            return fail(ErrorCode::io, "the terrain cannot be read at " + number_text(p.x()) +
-                                           ", " + number_text(p.y()) + " m");
-        }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        places[i] = eye(sample_time(i)).value.head<2>();
     }
+    TERRANE_TRY(const std::vector<double> ground, heights_along(source, places));
     // The smoothing is wider at larger altitudes and at lower speeds.
     const double width = std::clamp(1.5 + 0.5 * altitude / speed, 1.5, 6.0);
     const auto half_width = static_cast<std::ptrdiff_t>(width / sample_step);

@@ -2,6 +2,7 @@
 #include "support/grounds.h"
 
 #include <terrane/playback/camera_path.h>
+#include <terrane/terrain/composed_heights.h>
 #include <terrane/terrain/view.h>
 
 #include <gtest/gtest.h>
@@ -10,8 +11,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace terrane {
 namespace camera_path_test {
@@ -53,6 +59,48 @@ bool has_jump(const CameraPath& path, double from, double to) {
 /// Signed angle from one direction to another, seen from above, radians.
 double turn(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
     return std::atan2(from.x() * to.y() - from.y() * to.x(), from.head<2>().dot(to.head<2>()));
+}
+
+/// Keeps what was expected, and whether the chunk of each height came first in the last call.
+class ExpectingHeights final : public ForwardedHeights {
+public:
+    explicit ExpectingHeights(std::shared_ptr<const HeightSource> heights)
+        : ForwardedHeights(std::move(heights)) {}
+
+    void expect_chunks(std::span<const ChunkKey> keys) const override {
+        most = std::max(most, keys.size());
+        all.insert(keys.begin(), keys.end());
+        next = keys.front();
+    }
+    double height(double x, double y) const override {
+        if (next) {
+            const LatticePoint corner = lattice().corner(*next);
+            const double side = kChunkCells * lattice().spacing;
+            const double west = lattice().x(corner.x), south = lattice().y(corner.y);
+            ++height_count;
+            under_count += x >= west && y >= south && x <= west + side && y <= south + side;
+        }
+        return ForwardedHeights::height(x, y);
+    }
+
+    mutable std::set<ChunkKey> all;
+    mutable std::optional<ChunkKey> next;
+    mutable std::size_t most = 0;
+    mutable int height_count = 0, under_count = 0;
+};
+
+TEST(CameraPath, SaysWhichChunksItReadsNext) {
+    const ExpectingHeights source(
+        std::make_shared<test::WaveHeights>(test::small_world(6, 1.0), 300.0, 2000.0));
+    const WorldVec2 start(2000.0, 3000.0);
+    ASSERT_TRUE(CameraPath::create("straight", source,
+                                   {.speed = 100.0, .seconds = 20.0, .start_world = start}));
+    EXPECT_GT(source.height_count, 1000);
+    EXPECT_EQ(source.under_count, source.height_count);
+    EXPECT_GE(source.all.size(), 16u) << "2 km, and a margin, over chunks of 128 m";
+    EXPECT_GT(source.most, 8u);
+    EXPECT_LE(source.most, 16u);
+    for (const ChunkKey& key : source.all) EXPECT_TRUE(source.lattice().contains(key));
 }
 
 TEST(CameraPath, NeverGoesUnderGroundAndKeepsItsClearance) {
