@@ -15,8 +15,8 @@ SCAN_SAMPLES_PER_S = 4e8 / 76  # processor seconds; one process
 SCAN_BYTES_OF_DISK = 0.8  # a sample
 SHARD_SAMPLES_PER_S = 4096.0**2 / 4.8  # processor seconds
 STORE_BYTES = 1.22  # a sample, SRTM
-CHUNKS_PER_S, REQUESTS_PER_CHUNK = 280 / 60, 143 / 280  # of a minute of flight at 250 m/s over HTTP
-CHUNK_BYTES = 41.0e6 / 280  # likewise: in whole blocks, with siblings
+CHUNKS_PER_S, REQUESTS_PER_CHUNK = 280 / 60, 126 / 280  # of a minute of flight at 250 m/s over HTTP
+CHUNK_BYTES = 41.3e6 / 280  # likewise: in whole blocks, with siblings
 
 # Assumed
 ORIGIN_REQUESTS, ORIGIN_BYTES = 5500.0, 25e9 / 8  # a second: of object storage
