@@ -102,7 +102,7 @@ std::optional<ChunkKey> chunk_over(const Lattice& lattice, const Eigen::Vector2d
     return key;
 }
 
-// Heights at places along a line. A source on a server is told which chunks come next, so that it reads several at once.
+// Heights at places along a line. A source on a server is told which chunks come next, and reads several at once.
 Result<std::vector<double>> heights_along(const HeightSource& source,
                                           std::span<const Eigen::Vector2d> places) {
     constexpr std::size_t kExpected = 16;
