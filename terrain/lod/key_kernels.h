@@ -210,7 +210,7 @@ struct VertexBatch {
 };
 
 /// A key near the threshold.
-struct Candidate {
+struct KeyCandidate {
     float key = 0.0f;
     std::uint32_t chunk = 0;      ///< in the order of the open chunks
     std::uint16_t vertex = 0;     ///< see AreaPlace::first
@@ -220,7 +220,7 @@ struct Candidate {
 /// Counts the triangles of the keys below `low`, and collects the keys in [low, high).
 struct KeyWindow {
     float low = 0.0f, high = 0.0f;
-    Candidate* candidates = nullptr;  ///< has capacity for every key that is counted
+    KeyCandidate* candidates = nullptr;  ///< has capacity for every key that is counted
     std::uint32_t count = 0;
     std::size_t below = 0;  ///< triangles of the keys below `low`
 };

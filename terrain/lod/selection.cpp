@@ -7,7 +7,7 @@
 namespace terrane::internal {
 namespace {
 
-// Bits of Candidate::vertex: area, kind, square.
+// Bits of KeyCandidate::vertex: area, kind, square.
 constexpr unsigned kAreaShift = 8, kKindShift = 6;
 constexpr std::uint16_t kNoVertex = 0xffffu;  // a vertex that is not in an area
 // Capacity of a worker's window, in keys. A chunk adds at most as many keys as it has samples.
@@ -157,7 +157,7 @@ float Selection::find(std::span<OpenChunk* const> open, const KeyKernels& kernel
         count(open, kernels, threshold, threshold, team);
     }
     for (const Tally& tally : tallies_) {
-        for (const Candidate& candidate : tally.inside()) {
+        for (const KeyCandidate& candidate : tally.inside()) {
             if (!(candidate.key < threshold) || candidate.vertex == kNoVertex) continue;
             OpenChunk& chunk = *open[candidate.chunk];
             const std::size_t kind = candidate.vertex >> kKindShift & 3;
@@ -182,7 +182,7 @@ float Selection::search(std::span<OpenChunk* const> open, const KeyKernels& kern
         std::size_t inside = others_below(high) - others_below(low);
         bool is_full = false;
         for (const Tally& tally : tallies_) {
-            for (const Candidate& candidate : tally.inside()) inside += candidate.triangles;
+            for (const KeyCandidate& candidate : tally.inside()) inside += candidate.triangles;
             is_full |= tally.is_full;
         }
         if (below > budget) {
@@ -228,7 +228,7 @@ float Selection::pick(float low, float high, std::size_t used, std::size_t budge
     };
     const auto for_all = [&](const auto& use) {
         for (const Tally& tally : tallies_) {
-            for (const Candidate& candidate : tally.inside()) {
+            for (const KeyCandidate& candidate : tally.inside()) {
                 use(candidate.key, std::uint32_t{candidate.triangles});
             }
         }

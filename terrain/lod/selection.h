@@ -56,10 +56,10 @@ public:
 private:
     // Counts of one worker
     struct Tally {
-        std::vector<Candidate> candidates;
+        std::vector<KeyCandidate> candidates;
         KeyWindow window;
         bool is_full = false;
-        std::span<const Candidate> inside() const { return {candidates.data(), window.count}; }
+        std::span<const KeyCandidate> inside() const { return {candidates.data(), window.count}; }
     };
     void count_chunk(OpenChunk& chunk, const KeyKernels& kernels, int worker);
     void open_windows(float low, float high);
