@@ -125,8 +125,8 @@ bool ErodedPart::is_beside(const std::array<Eigen::Vector3d, 3>& corners, double
     return false;
 }
 
-TriangleBound ErodedPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
-    TriangleBound bound;
+PartBound ErodedPart::bound_distance(const SurfaceTriangle& triangle, double enough) const {
+    PartBound bound;
     const bool is_round = shape_.kind == ShapeKind::round;
     double square = 0.0;
     for (int i = 0; i < 3; ++i) {

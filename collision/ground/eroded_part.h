@@ -19,7 +19,7 @@ struct MeshPair {
 };
 
 /// Bounds of the distance between a shrunk part and a triangle, from a few separating planes.
-struct TriangleBound {
+struct PartBound {
     double distance = -kInfinity;  ///< a lower bound, metres
     double front =
         -kInfinity;  ///< height of the part's lowest point above the triangle's plane, metres
@@ -62,7 +62,7 @@ public:
     bool is_beside(const std::array<Eigen::Vector3d, 3>& corners, double distance) const;
     /// Lower bound of the distance from a triangle, from a few separating planes, metres.
     /// @param enough the search may stop at a bound of at least this, with `front` unset
-    TriangleBound bound_distance(const SurfaceTriangle& triangle, double enough) const;
+    PartBound bound_distance(const SurfaceTriangle& triangle, double enough) const;
     /// Closest points of the shrunk part and a triangle. The search may stop at a lower bound above `enough`.
     MeshPair closest(const SurfaceTriangle& triangle, double enough) const;
 

@@ -83,7 +83,7 @@ Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from
     return orthonormalized(product(body, part));
 }
 
-PlacedConvex PlacedShape::part(std::uint32_t index) const {
+PlacedConvex PlacedView::part(std::uint32_t index) const {
     const Pose* pose = view->body_from_part(index);
     if (pose == nullptr) return place(view->part(index), rotation, centre);
     return place(view->part(index), part_rotation(rotation, *pose),
@@ -108,7 +108,7 @@ double gap_of(const Eigen::Vector3d& offset, const Eigen::Vector3d& half_a,
 
 }  // namespace
 
-BoundGaps::BoundGaps(const PlacedShape& a, const PlacedShape& b) {
+BoundGaps::BoundGaps(const PlacedView& a, const PlacedView& b) {
     const Eigen::Vector3d offset = b.centre - a.centre;
     for (int j = 0; j < 3; ++j) a_from_b_.col(j) = rotated_back(a.rotation, b.rotation.col(j));
     spread_ = a_from_b_.cwiseAbs();
@@ -127,7 +127,7 @@ double BoundGaps::operator()(const Aabb& of_a, const Aabb& of_b) const {
     return std::max(in_a, in_b) - rounding_;
 }
 
-PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b, double limit) {
+PartGap find_least_gap(const PlacedView& a, const PlacedView& b, double limit) {
     PartGap best;
     best.gap.distance = std::numeric_limits<double>::infinity();
     visit_part_pairs(a.view->tree(), b.view->tree(), limit, BoundGaps(a, b),
@@ -158,7 +158,7 @@ HalfSpace half_space(const Eigen::Vector3d& normal, double gap,
 
 class Search {
 public:
-    Search(const PlacedShape& a, const PlacedShape& b, const PartGap& deepest, double touch)
+    Search(const PlacedView& a, const PlacedView& b, const PartGap& deepest, double touch)
         : a_(a), b_(b), touch_(touch), deepest_(deepest) {}
 
     PartGap least_gap(const Eigen::Vector3d& translation) const {
@@ -226,7 +226,7 @@ public:
     }
 
 private:
-    static double support(const PlacedShape& shape, const Eigen::Vector3d& direction) {
+    static double support(const PlacedView& shape, const Eigen::Vector3d& direction) {
         const Aabb& box = shape.view->tree()[0].bounds;
         const Eigen::Vector3d n = rotated_back(shape.rotation, direction);
         double reach = 0.0;
@@ -315,8 +315,8 @@ private:
         return at;
     }
 
-    const PlacedShape& a_;
-    const PlacedShape& b_;
+    const PlacedView& a_;
+    const PlacedView& b_;
     double touch_;
     PartGap deepest_;
 };
@@ -363,12 +363,12 @@ struct Shortlist {
 
 }  // namespace
 
-SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
+SeparatingTranslation grow_separating_translation(const PlacedView& a, const PlacedView& b,
                                                   const PartGap& deepest, double touch) {
     return Search(a, b, deepest, touch).from_inside();
 }
 
-SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
+SeparatingTranslation find_separating_translation(const PlacedView& a, const PlacedView& b,
                                                   const PartGap& deepest, double touch) {
     const Search search(a, b, deepest, touch);
     SeparatingTranslation best = search.from_inside();
@@ -376,7 +376,7 @@ SeparatingTranslation find_separating_translation(const PlacedShape& a, const Pl
     if (best.is_found && length(best.translation) <= enough) return best;
     Shortlist starts;
     if (best.is_found) starts.add(best.translation);
-    for (const PlacedShape* shape : {&a, &b}) {
+    for (const PlacedView* shape : {&a, &b}) {
         for (const std::array<double, 3>& ray : kFan) {
             Eigen::Vector3d n = rotated(shape->rotation, {ray[0], ray[1], ray[2]});
             n /= length(n);
@@ -498,7 +498,7 @@ SupportPoint support_point(const PlacedConvex& shape, const Eigen::Vector3d& dir
 }
 
 // The deepest contact of two parts along the normal of a separating plane.
-PairContact deepest_contact(const PlacedShape& a, std::uint32_t i, const PlacedShape& b,
+PairContact deepest_contact(const PlacedView& a, std::uint32_t i, const PlacedView& b,
                             std::uint32_t j, const HalfSpace& plane) {
     const SupportPoint on_a = support_point(a.part(i), -plane.normal);
     const SupportPoint on_b = support_point(b.part(j), plane.normal);
@@ -507,7 +507,7 @@ PairContact deepest_contact(const PlacedShape& a, std::uint32_t i, const PlacedS
 
 }  // namespace
 
-CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,
+CompoundContacts find_compound_contacts(const PlacedView& a, const PlacedView& b, double margin,
                                         double touch, std::span<PairContact> contacts_out) {
     const double reported = std::max(margin, touch);
     const PartGap least = find_least_gap(a, b, reported);
@@ -518,7 +518,7 @@ CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape&
         if (!separation.is_found) separation = find_separating_translation(a, b, least, touch);
     }
     const Eigen::Vector3d& translation = separation.translation;
-    const PlacedShape separated = a.moved(translation);
+    const PlacedView separated = a.moved(translation);
     const double distance = length(translation);
     Patches patches;
     // Adds the contacts that a pair has after the separating translation, with the depths that they have before it.

@@ -36,13 +36,13 @@ private:
 };
 
 /// A shape in world axes, relative to an origin near both shapes of a query.
-struct PlacedShape {
+struct PlacedView {
     const ShapeView* view = nullptr;
     Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 
     PlacedConvex part(std::uint32_t index) const;
-    PlacedShape moved(const Eigen::Vector3d& translation) const {
+    PlacedView moved(const Eigen::Vector3d& translation) const {
         return {view, rotation, centre + translation};
     }
 };
@@ -56,7 +56,7 @@ Eigen::Matrix3d part_rotation(const Eigen::Matrix3d& body, const Pose& body_from
 /// Lower bounds of the signed distances of parts.
 class BoundGaps {
 public:
-    BoundGaps(const PlacedShape& a, const PlacedShape& b);
+    BoundGaps(const PlacedView& a, const PlacedView& b);
 
     /// Lower bound of the signed distance of any two shapes inside the boxes: the distance between the boxes, or minus
     /// their smallest overlap along a face normal.
@@ -133,7 +133,7 @@ struct PartGap {
 
 /// The pair of parts with the smallest signed distance. If that exceeds `limit`, the returned distance is any number
 /// above `limit`.
-PartGap find_least_gap(const PlacedShape& a, const PlacedShape& b,
+PartGap find_least_gap(const PlacedView& a, const PlacedView& b,
                        double limit = std::numeric_limits<double>::infinity());
 
 /// A translation of shape `a` after which no part of `a` overlaps a part of `b` by more than `touch`, a parameter of
@@ -152,11 +152,11 @@ struct SeparatingTranslation {
 /// shallow overlaps; may fail, or return more than the minimum translation.
 ///
 /// @param deepest find_least_gap() of the shapes
-SeparatingTranslation grow_separating_translation(const PlacedShape& a, const PlacedShape& b,
+SeparatingTranslation grow_separating_translation(const PlacedView& a, const PlacedView& b,
                                                   const PartGap& deepest, double touch);
 
 /// The shortest separating translation found by searches from many directions. The result always separates the shapes.
-SeparatingTranslation find_separating_translation(const PlacedShape& a, const PlacedShape& b,
+SeparatingTranslation find_separating_translation(const PlacedView& a, const PlacedView& b,
                                                   const PartGap& deepest, double touch);
 
 struct CompoundContacts {
@@ -171,7 +171,7 @@ struct CompoundContacts {
 /// contacts.
 ///
 /// @param margin gaps up to this are contacts too, metres
-CompoundContacts find_compound_contacts(const PlacedShape& a, const PlacedShape& b, double margin,
+CompoundContacts find_compound_contacts(const PlacedView& a, const PlacedView& b, double margin,
                                         double touch, std::span<PairContact> contacts_out);
 
 struct CompoundCast {
@@ -192,7 +192,7 @@ struct PartRay : ConvexRay {
 
 /// The first part hit by the segment `from` to `from + displacement`, in the frame of the placement; the lowest index
 /// on a tie.
-PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
+PartRay cast_ray(const PlacedView& shape, const Eigen::Vector3d& from,
                  const Eigen::Vector3d& displacement);
 
 }  // namespace terrane::internal

@@ -238,7 +238,7 @@ double reach_of(const Aabb& box) {
 class BoundsImpact {
 public:
     /// @param translation of b relative to a during the piece, which starts at the placements
-    BoundsImpact(const PlacedShape& a, const PlacedShape& b, const Eigen::Vector3d& translation,
+    BoundsImpact(const PlacedView& a, const PlacedView& b, const Eigen::Vector3d& translation,
                  double turn_a, double turn_b, double slack)
         : turn_a_(std::min(turn_a, 2.0)), turn_b_(std::min(turn_b, 2.0)) {
         for (int j = 0; j < 3; ++j) a_from_b_.col(j) = rotated_back(a.rotation, b.rotation.col(j));
@@ -308,8 +308,8 @@ CompoundCast cast_compounds(const ShapeView& a, const Motion& motion_a, const Sh
     for (double piece = 0.0; piece < pieces && !best.hit; piece += 1.0) {
         const double from = piece * share;
         const double to = piece + 1.0 == pieces ? 1.0 : (piece + 1.0) * share;
-        const PlacedShape at_a{&a, motion_a.at(from).rotation, Eigen::Vector3d::Zero()};
-        const PlacedShape at_b{&b, motion_b.at(from).rotation, offset + from * translation};
+        const PlacedView at_a{&a, motion_a.at(from).rotation, Eigen::Vector3d::Zero()};
+        const PlacedView at_b{&b, motion_b.at(from).rotation, offset + from * translation};
         const BoundsImpact meeting(at_a, at_b, (to - from) * translation, (to - from) * turn_a,
                                    (to - from) * turn_b, settings.tolerance);
         double limit = 1.0;  // of the piece

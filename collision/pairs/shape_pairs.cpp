@@ -53,15 +53,15 @@ struct PlacedPair {
     ShapeView view_b;
     bool is_single = true;  ///< both shapes have one part
     double reach = 0.0;     ///< sum of the radii of both bounding spheres
-    PlacedShape a;
-    PlacedShape b;
+    PlacedView a;
+    PlacedView b;
 };
 
 // Fills in the answer for overlapping compounds; the witness points are those after the separating translation.
 void fill_overlap(const PlacedPair& pair, const SeparatingTranslation& separation,
                   PairDistanceAnswer& answer) {
     const double depth = length(separation.translation);
-    const PlacedShape separated = pair.a.moved(separation.translation);
+    const PlacedView separated = pair.a.moved(separation.translation);
     const PartGap last = find_least_gap(separated, pair.b);
     answer.distance = -depth;
     answer.normal = separation.translation / depth;
@@ -210,8 +210,8 @@ PairCastAnswer cast(const Shape& a, const Motion& motion_a, const Shape& b, cons
     answer.started_in_contact = found.started_in_contact;
     if (!found.hit) return answer;
     const double t = found.fraction;
-    const PlacedShape at_a{&view_a, moving_a.at(t).rotation, t * motion_a.translation};
-    const PlacedShape at_b{
+    const PlacedView at_a{&view_a, moving_a.at(t).rotation, t * motion_a.translation};
+    const PlacedView at_b{
         &view_b, moving_b.at(t).rotation,
         (motion_b.start.translation - motion_a.start.translation) + t * motion_b.translation};
     const double touch = kTouchShare * (view_a.reach() + view_b.reach());
@@ -231,8 +231,8 @@ ShapeRayAnswer cast_ray(const Shape& shape, const Pose& world_from_shape, const 
     }
     answer.status = QueryStatus::ok;
     const ShapeView view(shape);
-    const PlacedShape placed{&view, orthonormalized(world_from_shape.rotation),
-                             Eigen::Vector3d::Zero()};
+    const PlacedView placed{&view, orthonormalized(world_from_shape.rotation),
+                            Eigen::Vector3d::Zero()};
     const Eigen::Vector3d displacement = to - from;
     const PartRay ray = cast_ray(placed, from - world_from_shape.translation, displacement);
     answer.hit = ray.hit;

@@ -157,7 +157,7 @@ ConvexRay cast_ray(const PlacedConvex& shape, const Eigen::Vector3d& from,
                       shape);
 }
 
-PartRay cast_ray(const PlacedShape& shape, const Eigen::Vector3d& from,
+PartRay cast_ray(const PlacedView& shape, const Eigen::Vector3d& from,
                  const Eigen::Vector3d& displacement) {
     PartRay best;
     if (shape.view->is_single()) {
