@@ -474,7 +474,7 @@ Result<Route> find_in_strip(const std::vector<Vector2d>& line, double step, int 
     return cheapest_route(columns, rows, kSteps, starts, is_goal, step_cost);
 }
 
-std::vector<Vector2d> moved(const std::vector<Vector2d>& line, const Placement& placement) {
+std::vector<Vector2d> moved(const std::vector<Vector2d>& line, const LinePlacement& placement) {
     std::vector<Vector2d> result;
     for (const Vector2d& p : line) result.push_back(placement.moved(p));
     return result;
@@ -482,7 +482,7 @@ std::vector<Vector2d> moved(const std::vector<Vector2d>& line, const Placement& 
 
 struct Candidate {
     std::size_t line = 0;
-    Placement placement;
+    LinePlacement placement;
     double cost = 0.0;  // a metre
 };
 
@@ -515,7 +515,7 @@ Result<std::vector<Candidate>> rank_placements(const std::vector<std::vector<Vec
     std::vector<Candidate> candidates;
     const auto add = [&](std::size_t line, const Vector2d& move, const Vector2d& turn,
                          double share) -> Result<void> {
-        const Placement placement{freedom.pivot, freedom.pivot + move, turn};
+        const LinePlacement placement{freedom.pivot, freedom.pivot + move, turn};
         TERRANE_TRY(const double rough, rough_cost(moved(lines[line], placement), step, ground));
         candidates.push_back({line, placement, rough + kFarCost * share});
         return {};

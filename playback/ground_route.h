@@ -33,7 +33,7 @@ Result<std::vector<std::vector<Eigen::Vector2d>>> find_canyon_routes(const Heigh
 std::vector<Eigen::Vector2d> extended(const std::vector<Eigen::Vector2d>& line, double length);
 
 /// A rigid motion in the plane.
-struct Placement {
+struct LinePlacement {
     Eigen::Vector2d from = Eigen::Vector2d::Zero();  ///< a point, metres
     Eigen::Vector2d to = Eigen::Vector2d::Zero();  ///< the place to which that point moves, metres
     Eigen::Vector2d turn = Eigen::Vector2d::UnitX();  ///< cosine and sine of the rotation
@@ -63,7 +63,7 @@ struct RouteFreedom {
 /// A line over ground that can be climbed.
 struct GroundRoute {
     std::vector<Eigen::Vector2d> line;  ///< smooth, half a step between points
-    Placement placement;                ///< the motion of the line as a whole
+    LinePlacement placement;            ///< the motion of the line as a whole
 };
 
 /// Lays a line over ground that can be climbed. Nothing if the first line is over such ground. Otherwise the lines are

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""The rooms of docs/rooms.md: every include goes down, no component sees another's private files, every private header is shared.
+"""The rooms of docs/rooms.md: every include goes down, no component sees another's private files, every private header is shared,
+and no two headers define a type of one name.
 
     rooms.py SOURCE_DIR
 """
@@ -84,6 +85,25 @@ class Rooms:
             if len(users) == 1:
                 self.fault(f"{header} is included by {min(users)} alone: merge it into that file")
 
+    def check_names(self):
+        """Two headers do not define types of one name in one namespace: programs that link both would be undefined."""
+        places = {}
+        for path in [*self.files(), *self.public_headers()]:
+            if path.suffix != ".h":
+                continue
+            open_namespaces = []
+            for line in (self.root / path).read_text().splitlines():
+                if opened := re.match(r"(?:inline )?namespace ?([\w:]*) ?\{$", line):
+                    open_namespaces.append(opened[1])
+                elif line.startswith("}  // namespace"):
+                    open_namespaces.pop()
+                elif defined := re.match(r"(?:struct|class|enum class|enum) (?:alignas\(\w+\) )?(\w+)(?!::)\b[^;(]*\{", line):
+                    if open_namespaces and all(open_namespaces):
+                        places.setdefault(("::".join(open_namespaces), defined[1]), []).append(path)
+        for (namespace, name), paths in places.items():
+            if len(paths) > 1:
+                self.fault(f"{' and '.join(map(str, paths))} define {namespace}::{name}")
+
     def check_rows(self, seen):
         for room in self.component:
             if room not in seen:
@@ -137,6 +157,7 @@ class Rooms:
         for room in sorted(counts):
             self.check_room(room)
         self.check_shared()
+        self.check_names()
         self.check_rows(counts)
         for path in self.public_headers():
             text = (self.root / path).read_text()
