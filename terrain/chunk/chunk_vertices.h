@@ -156,8 +156,11 @@ Result<std::shared_ptr<const Chunk>> make_bounded_chunk(const HeightSource& sour
                                                         const MostBounds& most,
                                                         const std::stop_token& stop);
 
-/// Makes the fields of a chunk that a store writes if it computes the others when the chunk is read: heights with
-/// their range, bounds and flags of cells, and if wanted the bounds of vertices. Values are those of make_chunk().
+/// Makes a chunk as make_chunk() does, but without reaches, pyramid, and what areas and quadrants hold besides bounds
+/// of vertices: a store computes these from the other fields when the chunk is read.
+///
+/// @param with_vertex_bounds false: without Chunk::vertices
+///
 /// Fails: as make_chunk()
 Result<std::shared_ptr<const Chunk>> make_chunk_without_reaches(const HeightSource& source,
                                                                 const ChunkKey& key,

@@ -284,9 +284,9 @@ std::size_t count_triangles(const OpenChunk& chunk, float threshold) {
             count += kShapes[square.word].count / 3;
         }
     }
-    // A square has four triangles, and another for each active midpoint on its sides. A midpoint is on the sides of two
-    // squares, one of which belongs to the neighbour if the midpoint is on a side of the chunk. The keys of midpoints
-    // on the western and southern side belong to this chunk.
+    // A square has four triangles, and one more for each active midpoint on its sides. An inner midpoint is on a side
+    // of two squares of this chunk, a midpoint on the chunk's side of one. midpoint_count includes the midpoints on the
+    // western and southern sides, but not those on the eastern and northern sides.
     const SideMidpoints sides = side_midpoints(chunk);
     count += 4 * chunk.centre_count + 2 * chunk.midpoint_count;
     count += sides.east + sides.north;

@@ -34,8 +34,8 @@ public:
     /// Allocates: nothing if there were as many before
     void set_others(std::span<const WeightedKey> others);
 
-    /// Begins a search. Then all keys of every open chunk must be added once: those of its areas by KeyKernels, when
-    /// they are computed, and the others by add_others().
+    /// Begins a search. The caller then adds each key of each open chunk once: KeyKernels add an area's keys to the
+    /// window() of their worker, add_others() adds all other keys.
     ///
     /// @param guess  expected threshold, 0 if unknown; affects only the running time
     void begin(float floor, float guess);

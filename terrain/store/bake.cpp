@@ -15,7 +15,6 @@
 #include <optional>
 #include <string>
 #include <thread>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -204,25 +203,23 @@ public:
         if (repeated == key) return bake_chunk(bakeable_, key);
         {
             const std::lock_guard lock(mutex_);
-            if (const auto found = baked_.find(name_of(repeated)); found != baked_.end()) {
+            if (const auto found = baked_.find(repeated); found != baked_.end()) {
                 return found->second;
             }
         }
         Baked baked = bake_chunk(bakeable_, repeated);
         const std::lock_guard lock(mutex_);
         if (baked_.size() == kMost) baked_.clear();
-        baked_.emplace(name_of(repeated), baked);
+        baked_.emplace(repeated, baked);
         return baked;
     }
 
 private:
     static constexpr std::size_t kMost = 256;
-    using Name = std::tuple<int, std::int32_t, std::int32_t>;
-    static Name name_of(const ChunkKey& key) { return {key.level, key.x, key.y}; }
 
     const Bakeable& bakeable_;
     std::mutex mutex_;
-    std::map<Name, Baked> baked_;
+    std::map<ChunkKey, Baked> baked_;
 };
 
 /// Makes items on several threads, and hands them over in order on this one.

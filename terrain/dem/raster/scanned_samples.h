@@ -63,7 +63,7 @@ private:
     std::vector<SealedRecord> pages_;
 };
 
-/// Reads a table: pages when they are needed, of which some are kept.
+/// Reads a table. A page is read with its first entry; the last 64 pages that were used are kept.
 /// Threads: any number at once.
 template <typename Entry>
 class SealedTable {
